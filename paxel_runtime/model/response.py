@@ -26,9 +26,9 @@ class ProjectorResponse:
 
     Attributes
     ----------
-    code : (N, m) float64 array
-        Device values of the measured points, from 0 to 1, rising.
-    linear : (N, m) float64 array
+    code : tuple of N (m,) float64 arrays
+        Device values of each channel's measured points, from 0 to 1, rising; m may differ between channels.
+    linear : tuple of N (m,) float64 arrays
         Linear intensity at each point, from 0 to 1, never falling.
 
     Raises
@@ -37,17 +37,21 @@ class ProjectorResponse:
         If a curve does not run from (0, 0) to (1, 1), or falls.
     """
 
-    code: NDArray[np.float64]
-    linear: NDArray[np.float64]
+    code: tuple[NDArray[np.float64], ...]
+    linear: tuple[NDArray[np.float64], ...]
 
     def __post_init__(self) -> None:
-        ends = np.array([[0.0, 1.0]])
-        if self.code.ndim != 2 or self.code.shape != self.linear.shape or self.code.shape[1] < 2:
-            raise InputError(f"a response needs code and linear of one shape (N, m), got {self.code.shape}")
-        for name, values, rising in (("code", self.code, True), ("linear", self.linear, False)):
-            steps = np.diff(values, axis=1)
-            if np.any(np.abs(values[:, [0, -1]] - ends) > 1e-9) or np.any(steps <= 0 if rising else steps < 0):
-                raise InputError(f"a response's {name} values must run from 0 to 1 without falling, got {values}")
+        for code, linear in zip(self.code, self.linear, strict=True):
+            if code.ndim != 1 or code.shape != linear.shape or len(code) < 2:
+                raise InputError(
+                    f"a response curve needs as many code as linear values, 2 or more, got {code.shape}, {linear.shape}"
+                )
+            for name, values, smallest_step in (("code", code, 1e-9), ("linear", linear, 0.0)):
+                runs = abs(values[0]) < 1e-9 and abs(values[-1] - 1) < 1e-9
+                if not runs or not np.all(np.diff(values) >= smallest_step):
+                    raise InputError(
+                        f"a response curve's {name} values must run from 0 to 1 without falling, got {values.tolist()}"
+                    )
 
     @cached_property
     def _forward(self) -> NDArray[np.float64]:

@@ -1,0 +1,312 @@
+"""A small quadratic programme in a box, solved in its dual for eight pixels at a time.
+
+For each pixel (lane), with n inputs x and 6 equations (3 values of XYZ on each of 2 surfaces)::
+
+    minimise  1/2 (A x - z)^T S^-1 (A x - z) + 1/2 |x - 1/2|^2   over 0 <= x <= 1
+
+S (positive definite, one 3 x 3 block a surface) is the *compliance*: 0 asks for A x = z exactly, and the answer is the
+solution nearest to mid-gray. With the multipliers nu = S^-1 (z - A x) the minimiser is x = clip(1/2 + A^T nu), so the
+only unknowns are 6 numbers, whatever n. They solve
+
+    R(nu) = z - S nu - A clip(1/2 + A^T nu) = 0,
+
+the gradient of a concave, piecewise quadratic function. Newton's matrix is S + A_F A_F^T (F: the inputs strictly
+inside the box); an exact line search over the pieces makes it converge from anywhere, in a handful of steps from
+nothing and one or two from the previous solution. x is unique and moves continuously with z and S.
+
+Lanes: the loops over `LANES` pixels are the inner ones and become SIMD instructions. That needs one flat workspace
+addressed by constants (``w[NU + 2 * LANES + lane]``), so that the compiler can see that rows do not overlap.
+This file knows nothing of colour.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["DONE", "LANES", "NU", "REG", "RES", "ROWS", "S", "Z", "qp_steps"]
+
+LANES = 8
+"""Pixels solved side by side."""
+
+# Rows of the workspace, in multiples of LANES
+NU = 0 * LANES  # 6: multipliers, in and out
+Z = 6 * LANES  # 6: z
+S = 12 * LANES  # 12: compliance, 00 01 02 11 12 22 of each surface
+RES = 24 * LANES  # 6: R(nu), out
+REG = 30 * LANES  # 1: 1/2 |x - 1/2|^2, out
+DONE = 31 * LANES  # 1: 1.0 where |R| is down to rounding, out
+_M = 32 * LANES  # 21: Newton's matrix: 6 of the first block, 9 of the coupling, 6 of the second block
+_D = 53 * LANES  # 6: direction
+_T, _H, _SLOPE, _NEXT, _CURVE = 59 * LANES, 60 * LANES, 61 * LANES, 62 * LANES, 63 * LANES  # line search
+ROWS = 64
+"""Rows used here; a caller's own rows start at ``ROWS * LANES``."""
+
+Vec3: TypeAlias = tuple[float, float, float]
+Sym3: TypeAlias = tuple[float, float, float, float, float, float]
+
+_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
+_KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+_FAR = 1e300
+
+
+@njit(**_SIMD)
+def _factor(p: Sym3) -> Sym3:
+    """L D L^T of a symmetric 3 x 3 matrix: l10, l20, l21, 1/d0, 1/d1, 1/d2."""
+    i0 = 1.0 / p[0]
+    l10, l20 = p[1] * i0, p[2] * i0
+    i1 = 1.0 / (p[3] - l10 * p[1])
+    c21 = p[4] - l20 * p[1]
+    l21 = c21 * i1
+    i2 = 1.0 / (p[5] - l20 * p[2] - l21 * c21)
+    return l10, l20, l21, i0, i1, i2
+
+
+@njit(**_SIMD)
+def _solve(f: Sym3, r: Vec3) -> Vec3:
+    y1 = r[1] - f[0] * r[0]
+    y2 = (r[2] - f[1] * r[0] - f[2] * y1) * f[5]
+    x1 = y1 * f[4] - f[2] * y2
+    return r[0] * f[3] - f[0] * x1 - f[1] * y2, x1, y2
+
+
+@njit(**_SIMD)
+def _dot(a: Vec3, b: Vec3) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(**_SIMD)
+def _times(s: Sym3, v: Vec3) -> Vec3:
+    return (
+        s[0] * v[0] + s[1] * v[1] + s[2] * v[2],
+        s[1] * v[0] + s[3] * v[1] + s[4] * v[2],
+        s[2] * v[0] + s[4] * v[1] + s[5] * v[2],
+    )
+
+
+@njit(**_SIMD)
+def _vec3(w: NDArray[np.float64], row: int) -> Vec3:
+    return w[row], w[row + LANES], w[row + 2 * LANES]
+
+
+@njit(**_SIMD)
+def _sym3(w: NDArray[np.float64], row: int) -> Sym3:
+    return (
+        w[row],
+        w[row + LANES],
+        w[row + 2 * LANES],
+        w[row + 3 * LANES],
+        w[row + 4 * LANES],
+        w[row + 5 * LANES],
+    )
+
+
+@njit(**_SIMD)
+def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDArray[np.float64]) -> None:
+    """R(nu), Newton's matrix, 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows), in every lane."""
+    for lane in range(LANES):
+        for s in range(2):
+            r = _times(_sym3(w, S + 6 * s * LANES + lane), _vec3(w, NU + 3 * s * LANES + lane))
+            for i in range(3):
+                w[RES + (3 * s + i) * LANES + lane] = w[Z + (3 * s + i) * LANES + lane] - r[i]
+        w[REG + lane] = 0.0
+        for i in range(6):
+            w[_M + i * LANES + lane] = w[S + i * LANES + lane]
+            w[_M + (15 + i) * LANES + lane] = w[S + (6 + i) * LANES + lane]
+        for i in range(9):
+            w[_M + (6 + i) * LANES + lane] = 0.0
+    for j in range(AT.shape[0]):
+        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
+        for lane in range(LANES):
+            t = (
+                0.5
+                + (a0 * w[NU + lane] + a1 * w[NU + LANES + lane] + a2 * w[NU + 2 * LANES + lane])
+                + (a3 * w[NU + 3 * LANES + lane] + a4 * w[NU + 4 * LANES + lane] + a5 * w[NU + 5 * LANES + lane])
+            )
+            x = min(max(t, 0.0), 1.0)
+            f = 1.0 if x == t else 0.0
+            u[j * LANES + lane] = t
+            w[REG + lane] += 0.5 * (x - 0.5) * (x - 0.5)
+            w[RES + lane] -= a0 * x
+            w[RES + LANES + lane] -= a1 * x
+            w[RES + 2 * LANES + lane] -= a2 * x
+            w[RES + 3 * LANES + lane] -= a3 * x
+            w[RES + 4 * LANES + lane] -= a4 * x
+            w[RES + 5 * LANES + lane] -= a5 * x
+            f0, f1, f2, f3, f4, f5 = f * a0, f * a1, f * a2, f * a3, f * a4, f * a5
+            w[_M + lane] += f0 * a0
+            w[_M + LANES + lane] += f0 * a1
+            w[_M + 2 * LANES + lane] += f0 * a2
+            w[_M + 3 * LANES + lane] += f1 * a1
+            w[_M + 4 * LANES + lane] += f1 * a2
+            w[_M + 5 * LANES + lane] += f2 * a2
+            w[_M + 6 * LANES + lane] += f0 * a3
+            w[_M + 7 * LANES + lane] += f0 * a4
+            w[_M + 8 * LANES + lane] += f0 * a5
+            w[_M + 9 * LANES + lane] += f1 * a3
+            w[_M + 10 * LANES + lane] += f1 * a4
+            w[_M + 11 * LANES + lane] += f1 * a5
+            w[_M + 12 * LANES + lane] += f2 * a3
+            w[_M + 13 * LANES + lane] += f2 * a4
+            w[_M + 14 * LANES + lane] += f2 * a5
+            w[_M + 15 * LANES + lane] += f3 * a3
+            w[_M + 16 * LANES + lane] += f3 * a4
+            w[_M + 17 * LANES + lane] += f3 * a5
+            w[_M + 18 * LANES + lane] += f4 * a4
+            w[_M + 19 * LANES + lane] += f4 * a5
+            w[_M + 20 * LANES + lane] += f5 * a5
+
+
+@njit(**_SIMD)
+def _count_done(w: NDArray[np.float64], tolerance: float) -> float:
+    """Mark the lanes whose residual is down to `tolerance` or to rounding (u carries the rounding of A^T nu)."""
+    done = 0.0
+    for lane in range(LANES):
+        largest, size = 0.0, 0.0
+        for i in range(6):
+            largest = max(largest, abs(w[RES + i * LANES + lane]))
+            size += abs(w[NU + i * LANES + lane])
+        d = 1.0 if largest <= tolerance + 1e-15 * size else 0.0
+        w[DONE + lane] = d
+        done += d
+    return done
+
+
+@njit(**_SIMD)
+def _direction(w: NDArray[np.float64]) -> None:
+    """Newton's direction by blocks: (P Q; Q^T T) d = R with the Schur complement of P. Zero in lanes that are done."""
+    for lane in range(LANES):
+        P = _factor(_sym3(w, _M + lane))
+        q0, q1, q2 = (
+            _vec3(w, _M + 6 * LANES + lane),
+            _vec3(w, _M + 9 * LANES + lane),
+            _vec3(w, _M + 12 * LANES + lane),
+        )
+        T = _sym3(w, _M + 15 * LANES + lane)
+        c0, c1, c2 = (q0[0], q1[0], q2[0]), (q0[1], q1[1], q2[1]), (q0[2], q1[2], q2[2])  # columns of Q
+        e0, e1, e2 = _solve(P, c0), _solve(P, c1), _solve(P, c2)
+        schur = _factor(
+            (
+                T[0] - _dot(c0, e0),
+                T[1] - _dot(c0, e1),
+                T[2] - _dot(c0, e2),
+                T[3] - _dot(c1, e1),
+                T[4] - _dot(c1, e2),
+                T[5] - _dot(c2, e2),
+            )
+        )
+        g, h = _vec3(w, RES + lane), _vec3(w, RES + 3 * LANES + lane)
+        e = _solve(P, g)
+        d2 = _solve(schur, (h[0] - _dot(c0, e), h[1] - _dot(c1, e), h[2] - _dot(c2, e)))
+        moving = 1.0 - w[DONE + lane]
+        for i in range(3):
+            w[_D + i * LANES + lane] = moving * (e[i] - e0[i] * d2[0] - e1[i] * d2[1] - e2[i] * d2[2])
+            w[_D + (3 + i) * LANES + lane] = moving * d2[i]
+
+
+@njit(**_SIMD)
+def _crossings(
+    w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], AT: NDArray[np.float64]
+) -> None:
+    """v = A^T d; u becomes the step t at which an input enters the box; the slope of R . d at t = 0 and its own."""
+    for lane in range(LANES):
+        h, curve = 0.0, 0.0
+        for s in range(2):
+            d = _vec3(w, _D + 3 * s * LANES + lane)
+            h += _dot(d, _vec3(w, RES + 3 * s * LANES + lane))
+            curve += _dot(d, _times(_sym3(w, S + 6 * s * LANES + lane), d))
+        w[_H + lane] = h
+        w[_CURVE + lane] = curve
+        w[_T + lane] = 0.0
+    for j in range(AT.shape[0]):
+        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
+        for lane in range(LANES):
+            slope = (
+                a0 * w[_D + lane] + a1 * w[_D + LANES + lane] + a2 * w[_D + 2 * LANES + lane]
+            ) + (a3 * w[_D + 3 * LANES + lane] + a4 * w[_D + 4 * LANES + lane] + a5 * w[_D + 5 * LANES + lane])
+            speed = max(abs(slope), 1e-200)
+            position = u[j * LANES + lane]
+            ahead = -position if slope >= 0.0 else position - 1.0  # distance to the near side of the box
+            v[j * LANES + lane] = speed
+            u[j * LANES + lane] = ahead / speed
+
+
+@njit(**_SIMD)
+def _line_search(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], n: int) -> None:
+    """Exact maximum along d, at most the full step: walk over the pieces until the slope changes sign.
+
+    Within a piece the slope falls by curve + sum of v^2 over the inputs inside the box; an input enters at u and
+    leaves at u + 1 / v.
+    """
+    for _ in range(2 * n + 1):
+        for lane in range(LANES):
+            w[_NEXT + lane] = 1.0
+            w[_SLOPE + lane] = w[_CURVE + lane]
+        for j in range(n):
+            for lane in range(LANES):
+                t = w[_T + lane]
+                enter, speed = u[j * LANES + lane], v[j * LANES + lane]
+                leave = enter + 1.0 / speed
+                following = enter if enter > t else (leave if leave > t else _FAR)
+                w[_NEXT + lane] = min(w[_NEXT + lane], following)
+                w[_SLOPE + lane] += speed * speed if enter <= t and leave > t else 0.0
+        walking = 0.0
+        for lane in range(LANES):
+            t, h, slope, end = w[_T + lane], w[_H + lane], w[_SLOPE + lane], w[_NEXT + lane]
+            h_end = h - slope * (end - t)
+            stops = h_end <= 0.0 or end >= 1.0
+            root = min(t + h / max(slope, 1e-300), end)
+            w[_T + lane] = root if stops else end
+            w[_H + lane] = 0.0 if stops else h_end
+            walking += 0.0 if stops else 1.0
+        if walking == 0.0:
+            break
+
+
+@njit(**_KERNEL)
+def qp_steps(
+    w: NDArray[np.float64],
+    u: NDArray[np.float64],
+    v: NDArray[np.float64],
+    AT: NDArray[np.float64],
+    tolerance: float,
+    steps: int,
+) -> int:
+    """At most `steps` Newton steps in every lane, from the multipliers in `w`.
+
+    Parameters
+    ----------
+    w : (>= ROWS * LANES,) float64 array
+        In: NU, Z, S. Out: NU, RES, REG, DONE.
+    u : (n * LANES,) float64 array
+        Out: 1/2 + A^T nu; x is its clip to 0..1.
+    v : (n * LANES,) float64 array
+        Scratch.
+    AT : (n, 6) float64 array
+        The transpose of A; zero columns where there is one surface.
+    tolerance : float
+        Largest |R| that counts as solved.
+    steps : int
+        Bound of steps; lanes not done then go on from their multipliers at the next call.
+
+    Returns
+    -------
+    int
+        Steps taken.
+    """
+    for step in range(steps):
+        _residual_and_matrix(w, u, AT)
+        if _count_done(w, tolerance) == LANES:
+            return step
+        _direction(w)
+        _crossings(w, u, v, AT)
+        _line_search(w, u, v, AT.shape[0])
+        for lane in range(LANES):
+            for i in range(6):
+                w[NU + i * LANES + lane] += w[_T + lane] * w[_D + i * LANES + lane]
+    _residual_and_matrix(w, u, AT)
+    _count_done(w, tolerance)
+    return steps

@@ -1,0 +1,247 @@
+"""Calibration: pure functions from captures and readings to pixels that are sorted and a colour that is predicted.
+
+`sort_pixels` turns structured light and nodal images into one lookup table a channel and into clusters;
+`fit_model` turns readings into a `PredictionModel`; `prediction_error` tests it (Table I). What is shown and measured
+stands in ``exposures.py``; files and devices are elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
+
+from paxel_runtime.clustering import Clusters, cluster
+from paxel_runtime.errors import CalibrationError
+from paxel_runtime.exposures import Exposure, guide_channel
+from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_Lab, linear_sRGB_to_XYZ, spectra_to_XYZ
+from paxel_runtime.model.delta_e import dE00
+from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
+from paxel_runtime.model.response import ProjectorResponse
+from paxel_runtime.registration import ChannelRegistration, fit_registration, warp_to_nodal
+from paxel_runtime.structured_light import Decoded, decode
+
+__all__ = ["SortedPixels", "fit_model", "nodal_reflectance", "prediction_error", "register", "sort_pixels"]
+
+Captures = Callable[[str], NDArray[np.uint16]]
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class SortedPixels:
+    """Where every projector pixel lands and which cluster it belongs to.
+
+    Attributes
+    ----------
+    registration : dict of channel name -> ChannelRegistration
+    nodal : (H, W, N) float32 array
+        Nodal images: reflectance factor of what each pixel lights under each channel, 1 on the white surface.
+    valid : (H, W) bool array
+        Pixels registered in every channel.
+    clusters : dict of K -> Clusters
+    """
+
+    registration: dict[str, ChannelRegistration]
+    nodal: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+    clusters: dict[int, Clusters]
+
+
+def register(
+    captures: Captures,
+    channels: tuple[str, ...],
+    resolution: tuple[int, int],
+    progress: Progress = lambda message: None,
+) -> tuple[dict[str, ChannelRegistration], dict[str, Decoded]]:
+    """Decode the structured light of every channel and fit one lookup table a channel (paper: IV-A).
+
+    Parameters
+    ----------
+    captures : callable
+        Gives the picture of an exposure by its name; asked for one at a time.
+    channels : tuple of str
+    resolution : (int, int)
+        Width and height of the projector.
+    progress : callable, optional
+        Told what is being done.
+
+    Raises
+    ------
+    CalibrationError
+        If a channel cannot be decoded.
+    """
+    guide_name = guide_channel(channels)
+    tables: dict[str, ChannelRegistration] = {}
+    decoded: dict[str, Decoded] = {}
+    for channel in sorted(channels, key=lambda name: name != guide_name):
+        progress(f"decode structured light, {channel}")
+        decoded[channel] = decode(
+            lambda name, channel=channel: captures(f"light-{channel}-{name}"),  # type: ignore[misc]
+            *resolution,
+            guide=decoded.get(guide_name),
+        )
+        progress(f"fit the lookup table, {channel}")
+        tables[channel] = fit_registration(decoded[channel], *resolution)
+    return {name: tables[name] for name in channels}, {name: decoded[name] for name in channels}
+
+
+def nodal_reflectance(
+    captures: Captures, channels: tuple[str, ...], registration: Mapping[str, ChannelRegistration]
+) -> NDArray[np.float32]:
+    """Nodal images normalised by the white surface, black-subtracted, (H, W, N) float32 (paper: IV-B)."""
+    nodal = []
+    for channel in channels:
+        table = registration[channel].camera_xy
+        on = {}
+        for surface in ("pattern", "white"):
+            full = captures(f"{surface}-full-{channel}").astype(np.float32)
+            full -= captures(f"{surface}-dark-{channel}")
+            on[surface] = warp_to_nodal(full, table)
+        floor = 0.01 * float(np.nanmax(on["white"]))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            nodal.append(np.where(on["white"] > floor, on["pattern"] / on["white"], np.nan).astype(np.float32))
+    return np.stack(nodal, axis=-1)
+
+
+def sort_pixels(
+    captures: Captures,
+    channels: tuple[str, ...],
+    resolution: tuple[int, int],
+    colorants: Mapping[str, NDArray[np.float64]],
+    counts: Iterable[int],
+    progress: Progress = lambda message: None,
+) -> SortedPixels:
+    """Register every channel, make the nodal images and sort the pixels into clusters (paper: IV-A and IV-B).
+
+    Parameters
+    ----------
+    colorants : dict of name -> (3,) array
+        Expected XYZ of each colorant, Y = 1 for the white surface.
+    counts : iterable of int
+        Every K to sort into.
+
+    Raises
+    ------
+    CalibrationError
+        If the structured light cannot be decoded or no pixel is registered.
+    """
+    registration, _ = register(captures, channels, resolution, progress)
+    progress("make nodal images")
+    nodal = nodal_reflectance(captures, channels, registration)
+    valid = np.logical_and.reduce([registration[name].valid for name in channels])
+    valid &= np.all(np.isfinite(nodal), axis=-1)
+    if not valid.any():
+        raise CalibrationError(
+            "no projector pixel is registered in every channel: is the whole projection in the camera's picture, "
+            "in focus and well exposed? Then run: paxel capture --force"
+        )
+    nodal_XYZ = linear_sRGB_to_XYZ(nodal).astype(np.float32)  # paper IV-C2: the camera's values taken as sRGB
+    clusters = {}
+    for K in counts:
+        progress(f"sort pixels into {K} clusters")
+        clusters[K] = cluster(nodal_XYZ, valid, colorants, K, D65_XYZ)
+    return SortedPixels(registration, nodal, valid, clusters)
+
+
+def fit_model(
+    readings: Mapping[str, NDArray[np.float64]],
+    plan: Iterable[Exposure],
+    channels: tuple[str, ...],
+    clusters: tuple[str, ...],
+) -> PredictionModel:
+    """Response curves, black levels and A from spectral readings (Eqs. 1-3, black-subtracted).
+
+    Parameters
+    ----------
+    readings : dict of exposure name -> (81,) array
+        Spectra on ``WAVELENGTHS_NM``, in the meter's unit.
+    plan : iterable of Exposure
+        What the readings looked at.
+    clusters : tuple of str
+        Names of the K clusters; the readings of this K are used.
+
+    Raises
+    ------
+    CalibrationError
+        If a reading is missing or a channel gives no light.
+    """
+    plan = list(plan)
+    K, N = len(clusters), len(channels)
+    read = {name: spectra_to_XYZ(spectrum) for name, spectrum in readings.items()}
+    missing = [
+        e.name for e in plan if e.device == "meter" and e.clusters in (0, K) and e.name not in read
+    ]
+    if missing:
+        raise CalibrationError(f"{len(missing)} readings are missing, the first is {missing[0]}; run: paxel capture")
+    Y_white = read["read-white-white"][1]
+    surfaces = {}
+    for surface in ("pattern", "white"):
+        black = read[f"read-{surface}-black"] / Y_white
+        columns = [
+            read[f"read-{surface}-K{K}-{i}-{channel}"] / Y_white - black for i in range(K) for channel in channels
+        ]
+        surfaces[surface] = SurfaceModel(A=np.stack(columns, axis=1), black=black)
+    assert surfaces["pattern"].A.shape == (3, K * N)
+    return PredictionModel(
+        channels=channels,
+        clusters=clusters,
+        pattern=surfaces["pattern"],
+        white=surfaces["white"],
+        white_point=read["read-white-white"] / Y_white,
+        response=_fit_response(readings, plan, channels),
+    )
+
+
+def _fit_response(
+    readings: Mapping[str, NDArray[np.float64]], plan: Iterable[Exposure], channels: tuple[str, ...]
+) -> ProjectorResponse:
+    """Ramp of each channel: black-subtracted, as a share of the full spectrum, made monotone."""
+    codes, linears = [], []
+    for j, channel in enumerate(channels):
+        ramp = [e for e in plan if e.name.startswith("ramp-") and e.channel == channel]
+        spectra = np.array([readings[e.name] for e in ramp])
+        light = spectra - spectra[0]
+        energy = float(light[-1] @ light[-1])
+        if not energy > 0:
+            raise CalibrationError(f"the {channel} ramp gives no light: is the channel connected and the meter aimed?")
+        share = isotonic_regression(light @ light[-1] / energy).x
+        share = np.clip(share, 0.0, 1.0)
+        share[0], share[-1] = 0.0, 1.0
+        codes.append(np.array([e.P[0][j] for e in ramp]))
+        linears.append(share)
+    return ProjectorResponse(tuple(codes), tuple(linears))
+
+
+def prediction_error(
+    model: PredictionModel, readings: Mapping[str, NDArray[np.float64]], plan: Iterable[Exposure]
+) -> dict[str, Any]:
+    """dE00 between predicted and measured colours of the random projections, on each surface (paper: Table I).
+
+    Returns
+    -------
+    dict
+        ``{"n", "pattern": {"dE00_mean", "dE00_p95", "dE00_max"}, "white": ...}``.
+    """
+    Y_white = spectra_to_XYZ(readings["read-white-white"])[1]
+    K = len(model.clusters)
+    errors: dict[str, Any] = {}
+    for surface, surface_model in model.surfaces.items():
+        tests = [
+            e for e in plan if e.surface == surface and e.clusters == K and e.name.startswith("random-")
+        ]
+        x = model.response.P_to_x(np.array([e.P for e in tests])).reshape(len(tests), model.n)
+        measured = spectra_to_XYZ(np.array([readings[e.name] for e in tests])) / Y_white
+        dE = dE00(
+            XYZ_to_Lab(measured, model.white_point), XYZ_to_Lab(surface_model.predict_XYZ(x), model.white_point)
+        )
+        errors["n"] = len(tests)
+        errors[surface] = {
+            "dE00_mean": float(dE.mean()),
+            "dE00_p95": float(np.quantile(dE, 0.95)),
+            "dE00_max": float(dE.max()),
+        }
+    return errors
