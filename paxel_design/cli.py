@@ -11,19 +11,36 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+import typer.core
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from paxel_runtime.errors import InputError, InstallationError, PaxelError, UsageError
+from paxel_runtime.errors import InputError, PaxelError, UsageError
 
 if TYPE_CHECKING:
     from paxel_runtime.installation import Installation
 
 __all__ = ["app", "main"]
 
+
+class _Group(typer.core.TyperGroup):
+    """Tells Paxel's errors in one place: text on standard error, exit code 1 (failed), 2 (usage), 130 (Ctrl-C)."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except PaxelError as error:
+            messages.print(f"paxel: {error}", style="red", markup=False, soft_wrap=True)
+            raise SystemExit(error.exit_code) from None
+        except KeyboardInterrupt:
+            _say("paxel: interrupted; finished captures are kept, every other stage is as it was")
+            raise SystemExit(130) from None
+
+
 app = typer.Typer(
     name="paxel",
+    cls=_Group,
     help=(
         "Print a high-frequency colour pattern, register a projector to it, and project pictures that look one way "
         "on the pattern and another way on a white sheet.\n\n"
@@ -50,17 +67,8 @@ Set = Annotated[
 
 
 def main() -> None:
-    """Run the command line: exit code 0, 1 (failed) or 2 (usage); 130 after Ctrl-C."""
-    try:
-        app()
-    except PaxelError as error:
-        messages.print(f"paxel: {error}", style="red", markup=False, soft_wrap=True)
-        sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        messages.print("paxel: interrupted; finished captures are kept, every other stage is as it was", markup=False)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.exit(0)
+    """Run the command line: exit code 0, 1 (failed), 2 (usage) or 130 (Ctrl-C)."""
+    app(prog_name="paxel")
 
 
 @app.command()
@@ -78,13 +86,15 @@ def new(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json: 
         raise UsageError(f"{path} exists already; edit it, or choose another folder")
     dir.mkdir(parents=True, exist_ok=True)
     write_text(path, settings_to_toml(settings))
-    _report(as_json, {"paxel_toml": str(path), "settings": settings.values()}, f"wrote {path}; next: paxel pattern {dir}")
+    _report(
+        as_json, {"paxel_toml": str(path), "settings": settings.values()}, f"wrote {path}; next: paxel pattern {dir}"
+    )
 
 
 @app.command()
 def pattern(dir: Dir, force: Force = False, as_json: Json = False) -> None:
     """Make the print sheet: a PDF in true millimetres, a PNG preview and a note for the print shop."""
-    from paxel_design.stages import make_print
+    from paxel_design.stages.print_sheet import make_print
 
     _run_stage(dir, "print", force, as_json, lambda inst, _: make_print(inst), "print/pattern.json")
 
@@ -121,7 +131,8 @@ def calibrate(dir: Dir, force: Force = False, as_json: Json = False) -> None:
 def gamut(
     dir: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Folder of the installation.")] = None,
     effect: Annotated[
-        str, typer.Option(help="Only this effect's sub-gamut: full, dual-image, neutralize[:L,a,b].", show_default=False)
+        str,
+        typer.Option(help="Only this effect's sub-gamut: full, dual-image, neutralize[:L,a,b].", show_default=False),
     ] = "",
     shown_on: Annotated[str, typer.Option(help="Surface of the picture: pattern or white.")] = "pattern",
     lab: Annotated[
@@ -140,7 +151,7 @@ def gamut(
     Without --effect: lightness, joint, full, dual-image and neutralize. With --model FILE no installation is needed;
     nothing is written then unless --out is given.
     """
-    from paxel_design.stages import gamut_files, make_gamut, make_gamut_of_model
+    from paxel_design.stages.gamut import gamut_files, make_gamut, make_gamut_of_model
 
     chosen = _effect(effect, lab) if effect else None
     if (dir is None) == (model is None):
@@ -164,9 +175,7 @@ def gamut(
 @app.command()
 def project(
     dir: Dir,
-    effect: Annotated[
-        str, typer.Option(help="full, dual-image, or neutralize[:L,a,b].", show_default=False)
-    ] = "",
+    effect: Annotated[str, typer.Option(help="full, dual-image, or neutralize[:L,a,b].", show_default=False)] = "",
     image: Annotated[Path | None, typer.Option(help="The picture of a one-picture effect.", show_default=False)] = None,
     on_pattern: Annotated[Path | None, typer.Option(help="Picture for the pattern.", show_default=False)] = None,
     on_white: Annotated[Path | None, typer.Option(help="Picture for the white sheet.", show_default=False)] = None,
@@ -187,7 +196,7 @@ def project(
 
     Without --effect every projection that is out of date is made anew from its own pictures.
     """
-    from paxel_design.stages import make_projection_stage, recorded_projections
+    from paxel_design.stages.projection import make_projection_stage, recorded_projections
 
     installation = _open(dir)
     installation.require("calibration")
@@ -218,7 +227,7 @@ def preview(
     as_json: Json = False,
 ) -> None:
     """Photograph the projections on both surfaces of the virtual bench, as a viewer at the set distance sees them."""
-    from paxel_design.stages import make_previews
+    from paxel_design.stages.projection import make_previews
 
     installation = _open(dir)
     with _progress() as progress:
@@ -382,14 +391,18 @@ def _table(title: str, figures: dict[str, Any]) -> None:
         Console(highlight=False).print(table)
 
 
+_NOT_SHOWN = {"writer", "inputs", "settings", "polygon", "schema", "version", "cells", "seed", "text"}
+"""Provenance and long lists: in the file, not in the table."""
+
+
 def _flat(figures: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
     for key, value in figures.items():
-        if not prefix and key in ("writer", "inputs", "settings", "polygon"):
+        if not prefix and key in _NOT_SHOWN:
             continue
         if isinstance(value, dict):
             yield from _flat(value, f"{prefix}{key}.")
-        elif isinstance(value, list) and value and all(isinstance(v, float) for v in value):
-            yield f"{prefix}{key}", " ".join(f"{v:.4g}" for v in value)
+        elif isinstance(value, list | tuple):
+            yield f"{prefix}{key}", ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in value)
         else:
             yield f"{prefix}{key}", f"{value:.4g}" if isinstance(value, float) else str(value)
 

@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from paxel_design.contact_sheet import demo_sheet
-from paxel_design.stages import make_gamut, make_previews, make_print, make_projection_stage
+from paxel_design.stages.gamut import make_gamut
+from paxel_design.stages.print_sheet import make_print
+from paxel_design.stages.projection import make_previews, make_projection_stage
 from paxel_runtime.acquisition import capture
 from paxel_runtime.clustering import label_picture
 from paxel_runtime.errors import UsageError

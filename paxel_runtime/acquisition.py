@@ -219,10 +219,7 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
         lambda name: read_tiff(folder / f"{name}.tif"),
         settings.projector.channels,
         settings.projector.resolution,
-        {
-            name: spectra_to_XYZ(colorants[name].reflectance) / white_Y * D65_XYZ
-            for name in settings.pattern.colorants
-        },
+        {name: spectra_to_XYZ(colorants[name].reflectance) / white_Y * D65_XYZ for name in settings.pattern.colorants},
         cluster_counts(settings.clusters.count, len(settings.pattern.colorants)),
         progress,
     )

@@ -27,9 +27,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["DONE", "LANES", "NU", "REG", "RES", "ROWS", "S", "Z", "qp_steps"]
+__all__ = ["DONE", "LANES", "NU", "REG", "RES", "ROWS", "S", "Z", "clip", "larger", "qp_steps", "smaller"]
 
-LANES = 8
+LANES = 16
 """Pixels solved side by side."""
 
 # Rows of the workspace, in multiples of LANES
@@ -51,6 +51,21 @@ Sym3: TypeAlias = tuple[float, float, float, float, float, float]
 _SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 _FAR = 1e300
+
+
+@njit(**_SIMD)
+def larger(a: float, b: float) -> float:
+    return a if a > b else b  # the built-in max and min are calls, which end vectorisation
+
+
+@njit(**_SIMD)
+def smaller(a: float, b: float) -> float:
+    return a if a < b else b
+
+
+@njit(**_SIMD)
+def clip(t: float) -> float:
+    return smaller(larger(t, 0.0), 1.0)
 
 
 @njit(**_SIMD)
@@ -110,8 +125,8 @@ def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDA
     for lane in range(LANES):
         for s in range(2):
             r = _times(_sym3(w, S + 6 * s * LANES + lane), _vec3(w, NU + 3 * s * LANES + lane))
-            for i in range(3):
-                w[RES + (3 * s + i) * LANES + lane] = w[Z + (3 * s + i) * LANES + lane] - r[i]
+            res, z = RES + 3 * s * LANES + lane, Z + 3 * s * LANES + lane
+            w[res], w[res + LANES], w[res + 2 * LANES] = w[z] - r[0], w[z + LANES] - r[1], w[z + 2 * LANES] - r[2]
         w[REG + lane] = 0.0
         for i in range(6):
             w[_M + i * LANES + lane] = w[S + i * LANES + lane]
@@ -126,7 +141,7 @@ def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDA
                 + (a0 * w[NU + lane] + a1 * w[NU + LANES + lane] + a2 * w[NU + 2 * LANES + lane])
                 + (a3 * w[NU + 3 * LANES + lane] + a4 * w[NU + 4 * LANES + lane] + a5 * w[NU + 5 * LANES + lane])
             )
-            x = min(max(t, 0.0), 1.0)
+            x = clip(t)
             f = 1.0 if x == t else 0.0
             u[j * LANES + lane] = t
             w[REG + lane] += 0.5 * (x - 0.5) * (x - 0.5)
@@ -167,7 +182,7 @@ def _count_done(w: NDArray[np.float64], tolerance: float) -> float:
     for lane in range(LANES):
         largest, size = 0.0, 0.0
         for i in range(6):
-            largest = max(largest, abs(w[RES + i * LANES + lane]))
+            largest = larger(largest, abs(w[RES + i * LANES + lane]))
             size += abs(w[NU + i * LANES + lane])
         d = 1.0 if largest <= tolerance + 1e-15 * size else 0.0
         w[DONE + lane] = d
@@ -202,15 +217,16 @@ def _direction(w: NDArray[np.float64]) -> None:
         e = _solve(P, g)
         d2 = _solve(schur, (h[0] - _dot(c0, e), h[1] - _dot(c1, e), h[2] - _dot(c2, e)))
         moving = 1.0 - w[DONE + lane]
-        for i in range(3):
-            w[_D + i * LANES + lane] = moving * (e[i] - e0[i] * d2[0] - e1[i] * d2[1] - e2[i] * d2[2])
-            w[_D + (3 + i) * LANES + lane] = moving * d2[i]
+        w[_D + lane] = moving * (e[0] - e0[0] * d2[0] - e1[0] * d2[1] - e2[0] * d2[2])
+        w[_D + LANES + lane] = moving * (e[1] - e0[1] * d2[0] - e1[1] * d2[1] - e2[1] * d2[2])
+        w[_D + 2 * LANES + lane] = moving * (e[2] - e0[2] * d2[0] - e1[2] * d2[1] - e2[2] * d2[2])
+        w[_D + 3 * LANES + lane] = moving * d2[0]
+        w[_D + 4 * LANES + lane] = moving * d2[1]
+        w[_D + 5 * LANES + lane] = moving * d2[2]
 
 
 @njit(**_SIMD)
-def _crossings(
-    w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], AT: NDArray[np.float64]
-) -> None:
+def _crossings(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], AT: NDArray[np.float64]) -> None:
     """v = A^T d; u becomes the step t at which an input enters the box; the slope of R . d at t = 0 and its own."""
     for lane in range(LANES):
         h, curve = 0.0, 0.0
@@ -224,10 +240,10 @@ def _crossings(
     for j in range(AT.shape[0]):
         a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
         for lane in range(LANES):
-            slope = (
-                a0 * w[_D + lane] + a1 * w[_D + LANES + lane] + a2 * w[_D + 2 * LANES + lane]
-            ) + (a3 * w[_D + 3 * LANES + lane] + a4 * w[_D + 4 * LANES + lane] + a5 * w[_D + 5 * LANES + lane])
-            speed = max(abs(slope), 1e-200)
+            slope = (a0 * w[_D + lane] + a1 * w[_D + LANES + lane] + a2 * w[_D + 2 * LANES + lane]) + (
+                a3 * w[_D + 3 * LANES + lane] + a4 * w[_D + 4 * LANES + lane] + a5 * w[_D + 5 * LANES + lane]
+            )
+            speed = larger(abs(slope), 1e-200)
             position = u[j * LANES + lane]
             ahead = -position if slope >= 0.0 else position - 1.0  # distance to the near side of the box
             v[j * LANES + lane] = speed
@@ -251,14 +267,14 @@ def _line_search(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.f
                 enter, speed = u[j * LANES + lane], v[j * LANES + lane]
                 leave = enter + 1.0 / speed
                 following = enter if enter > t else (leave if leave > t else _FAR)
-                w[_NEXT + lane] = min(w[_NEXT + lane], following)
+                w[_NEXT + lane] = smaller(w[_NEXT + lane], following)
                 w[_SLOPE + lane] += speed * speed if enter <= t and leave > t else 0.0
         walking = 0.0
         for lane in range(LANES):
             t, h, slope, end = w[_T + lane], w[_H + lane], w[_SLOPE + lane], w[_NEXT + lane]
             h_end = h - slope * (end - t)
             stops = h_end <= 0.0 or end >= 1.0
-            root = min(t + h / max(slope, 1e-300), end)
+            root = smaller(t + h / larger(slope, 1e-300), end)
             w[_T + lane] = root if stops else end
             w[_H + lane] = 0.0 if stops else h_end
             walking += 0.0 if stops else 1.0

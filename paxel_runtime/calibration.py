@@ -17,7 +17,7 @@ from scipy.optimize import isotonic_regression
 
 from paxel_runtime.clustering import Clusters, cluster
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure, guide_channel
+from paxel_runtime.exposures import Exposure, exposure_name, guide_channel
 from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_Lab, linear_sRGB_to_XYZ, spectra_to_XYZ
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
@@ -98,8 +98,8 @@ def nodal_reflectance(
         table = registration[channel].camera_xy
         on = {}
         for surface in ("pattern", "white"):
-            full = captures(f"{surface}-full-{channel}").astype(np.float32)
-            full -= captures(f"{surface}-dark-{channel}")
+            full = captures(exposure_name(surface, "full", channel, channels)).astype(np.float32)
+            full -= captures(exposure_name(surface, "dark", channel, channels))
             on[surface] = warp_to_nodal(full, table)
         floor = 0.01 * float(np.nanmax(on["white"]))
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -172,9 +172,7 @@ def fit_model(
     plan = list(plan)
     K, N = len(clusters), len(channels)
     read = {name: spectra_to_XYZ(spectrum) for name, spectrum in readings.items()}
-    missing = [
-        e.name for e in plan if e.device == "meter" and e.clusters in (0, K) and e.name not in read
-    ]
+    missing = [e.name for e in plan if e.device == "meter" and e.clusters in (0, K) and e.name not in read]
     if missing:
         raise CalibrationError(f"{len(missing)} readings are missing, the first is {missing[0]}; run: paxel capture")
     Y_white = read["read-white-white"][1]
@@ -230,14 +228,10 @@ def prediction_error(
     K = len(model.clusters)
     errors: dict[str, Any] = {}
     for surface, surface_model in model.surfaces.items():
-        tests = [
-            e for e in plan if e.surface == surface and e.clusters == K and e.name.startswith("random-")
-        ]
+        tests = [e for e in plan if e.surface == surface and e.clusters == K and e.name.startswith("random-")]
         x = model.response.P_to_x(np.array([e.P for e in tests])).reshape(len(tests), model.n)
         measured = spectra_to_XYZ(np.array([readings[e.name] for e in tests])) / Y_white
-        dE = dE00(
-            XYZ_to_Lab(measured, model.white_point), XYZ_to_Lab(surface_model.predict_XYZ(x), model.white_point)
-        )
+        dE = dE00(XYZ_to_Lab(measured, model.white_point), XYZ_to_Lab(surface_model.predict_XYZ(x), model.white_point))
         errors["n"] = len(tests)
         errors[surface] = {
             "dE00_mean": float(dE.mean()),

@@ -21,6 +21,7 @@ __all__ = [
     "Exposure",
     "cluster_counts",
     "exposure_from_dict",
+    "exposure_name",
     "exposure_to_dict",
     "frame_codes",
     "guide_channel",
@@ -96,11 +97,19 @@ def plan_geometry(channels: tuple[str, ...], resolution: tuple[int, int]) -> lis
             Exposure(f"{surface}-black", surface, "camera", P=(dark,)),
         ]
         plan += [
-            Exposure(f"{surface}-{level}-{name}", surface, "camera", P=(P,), channel=name)
+            Exposure(exposure_name(surface, level, name, channels), surface, "camera", P=(P,), channel=name)
             for j, name in enumerate(channels)
             for level, P in (("full", _one_hot(j, len(channels))), ("dark", dark))
+            if (surface, name) != ("pattern", guide)  # these two are frames of its structured light
         ]
     return plan
+
+
+def exposure_name(surface: str, level: Literal["full", "dark"], channel: str, channels: tuple[str, ...]) -> str:
+    """Name of the picture of one channel at full, or of all dark with this channel's exposure time."""
+    if surface == "pattern" and channel == guide_channel(channels):
+        return f"light-{channel}-{'white' if level == 'full' else 'black'}"
+    return f"{surface}-{level}-{channel}"
 
 
 def plan_readings(
@@ -129,7 +138,9 @@ def plan_readings(
             plan.append(Exposure(f"read-{surface}-{name}", surface, "meter", P=((level,) * N,)))
         if surface == surfaces[-1]:
             plan += [
-                Exposure(f"ramp-{surface}-{channel}-{k:02d}", surface, "meter", P=(_one_hot(j, N, level),), channel=channel)
+                Exposure(
+                    f"ramp-{surface}-{channel}-{k:02d}", surface, "meter", P=(_one_hot(j, N, level),), channel=channel
+                )
                 for j, channel in enumerate(channels)
                 for k, level in enumerate(np.rint(np.linspace(0, top, RAMP_STEPS)) / top)
             ]
@@ -140,7 +151,7 @@ def plan_readings(
                     P = tuple(_one_hot(j, N) if m == i else (0.0,) * N for m in range(K))
                     one = f"{surface}-K{K}-{i}-{channel}"
                     plan.append(Exposure(f"read-{one}", surface, "meter", P=P, clusters=K, channel=channel))
-                    if K == counts[0]:
+                    if counts[0] == K:
                         plan.append(Exposure(f"cluster-{one}", surface, "camera", P=P, clusters=K, channel=channel))
             codes = rng.integers(0, top + 1, (RANDOM_COUNT, K, N)) / top
             plan += [

@@ -1,4 +1,4 @@
-"""Static gamut mapping: a picture's colours -> colours that a sub-gamut holds (paper: section V-A1; design: section 10).
+"""Static gamut mapping: a picture's colours -> colours that a sub-gamut holds (paper: section V-A1).
 
 Lightness goes linearly onto the gray axis inside the sub-gamut, hue stays, chroma is compressed towards the boundary.
 Knows half-spaces and CIELAB; nothing of surfaces, models or files.
@@ -101,9 +101,10 @@ def map_to_subgamut(
         raise InputError(f"the picture's lightness range must rise, got {L_from.tolist()}")
     L_to = np.array(sub_gamut.gray_range(), np.float64)
 
-    rows, white = np.column_stack([sub_gamut.normals, sub_gamut.offsets]), np.asarray(sub_gamut.white_point, np.float64)
-    boundary = _boundary_chroma(rows, white, L_to[0], L_to[1], _LIGHTNESS_NODES, _HUE_NODES)
-    mapped, counts = _map_pixels(Lab, rows, white, boundary, L_from, L_to, CHROMA_KNEES[chroma])
+    columns = np.vstack([sub_gamut.normals.T, sub_gamut.offsets])
+    white = np.asarray(sub_gamut.white_point, np.float64)
+    boundary = _boundary_chroma(columns, white, L_to[0], L_to[1], _LIGHTNESS_NODES, _HUE_NODES)
+    mapped, counts = _map_pixels(Lab, columns, white, boundary, L_from, L_to, CHROMA_KNEES[chroma])
 
     moved, before, after = counts.sum(axis=0) / (Lab.shape[0] * Lab.shape[1])
     step = int(np.ceil(np.sqrt(max(1.0, Lab.shape[0] * Lab.shape[1] / _FIGURE_PIXELS))))
@@ -134,23 +135,21 @@ def _inverse_f(f: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _is_inside(
-    L: float, a: float, b: float, rows: NDArray[np.float64], white: NDArray[np.float64], tolerance: float
-) -> bool:
-    """Whether a colour violates no half-space (rows: normal, offset) by more than `tolerance`."""
+def _slack(L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]) -> float:
+    """Distance in XYZ to the nearest plane, negative outside; columns (4, m) hold the unit normals and the offset."""
     fy = (L + 16.0) / 116.0
     X = white[0] * _inverse_f(fy + a / 500.0)
     Y = white[1] * _inverse_f(fy)
     Z = white[2] * _inverse_f(fy - b / 200.0)
-    for i in range(rows.shape[0]):
-        if rows[i, 0] * X + rows[i, 1] * Y + rows[i, 2] * Z > rows[i, 3] + tolerance:
-            return False
-    return True
+    slack = 1e9
+    for i in range(columns.shape[1]):
+        slack = min(slack, columns[3, i] - (columns[0, i] * X + columns[1, i] * Y + columns[2, i] * Z))
+    return slack
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _boundary_chroma(
-    rows: NDArray[np.float64], white: NDArray[np.float64], L_low: float, L_high: float, n_lightness: int, n_hue: int
+    columns: NDArray[np.float64], white: NDArray[np.float64], L_low: float, L_high: float, n_lightness: int, n_hue: int
 ) -> NDArray[np.float64]:
     """Chroma of the boundary on a grid of lightness (ends included) and hue (0 to 360 degrees, both ends)."""
     boundary = np.empty((n_lightness, n_hue + 1))
@@ -162,7 +161,7 @@ def _boundary_chroma(
             low, high = 0.0, _CHROMA_LIMIT
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
-                if _is_inside(L, middle * ca, middle * cb, rows, white, 0.0):
+                if _slack(L, middle * ca, middle * cb, columns, white) >= 0.0:
                     low = middle
                 else:
                     high = middle
@@ -170,10 +169,40 @@ def _boundary_chroma(
     return boundary
 
 
+@njit(cache=True, error_model="numpy")
+def _look_up(share: float, hue: float, boundary: NDArray[np.float64]) -> float:
+    """Chroma of the boundary, bilinear in the table, at a share 0..1 of the lightness range and a hue in radians."""
+    u, v = share * (boundary.shape[0] - 1), (hue / (2.0 * np.pi) % 1.0) * (boundary.shape[1] - 1)
+    i, j = min(int(u), boundary.shape[0] - 2), min(int(v), boundary.shape[1] - 2)
+    u, v = u - i, v - j
+    return (1.0 - u) * ((1.0 - v) * boundary[i, j] + v * boundary[i, j + 1]) + u * (
+        (1.0 - v) * boundary[i + 1, j] + v * boundary[i + 1, j + 1]
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _scale_to_boundary(
+    scale: float, L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]
+) -> float:
+    """Largest scale of (a, b) up to `scale` that is inside, by halvings to 1e-3 of chroma."""
+    C = np.sqrt(a * a + b * b)
+    low, high = 0.0, scale
+    near = scale - 0.25 / C  # a corner that the table rounded is seldom farther
+    if near > 0.0 and _slack(L, np.float32(near * a), np.float32(near * b), columns, white) >= -TOLERANCE:
+        low = near
+    while (high - low) * C > 1e-3:
+        middle = 0.5 * (low + high)
+        if _slack(L, np.float32(middle * a), np.float32(middle * b), columns, white) >= -TOLERANCE:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 @njit(cache=True, parallel=True, error_model="numpy")
 def _map_pixels(
     Lab: NDArray[np.float32],
-    rows: NDArray[np.float64],
+    columns: NDArray[np.float64],
     white: NDArray[np.float64],
     boundary: NDArray[np.float64],
     L_from: NDArray[np.float64],
@@ -184,52 +213,31 @@ def _map_pixels(
     height, width = Lab.shape[0], Lab.shape[1]
     mapped = np.empty_like(Lab)
     counts = np.zeros((height, 3), np.int64)
-    last_L, n_hue = boundary.shape[0] - 1, boundary.shape[1] - 1
     for row in prange(height):
         for column in range(width):
             share = (np.float64(Lab[row, column, 0]) - L_from[0]) / (L_from[1] - L_from[0])
             share = min(max(share, 0.0), 1.0)
             L = np.float64(np.float32(L_to[0] + share * (L_to[1] - L_to[0])))
             a, b = np.float64(Lab[row, column, 1]), np.float64(Lab[row, column, 2])
-            C = np.sqrt(a * a + b * b)
-            before = _is_inside(L, a, b, rows, white, TOLERANCE)
-            counts[row, 1] += before
+            C_source = np.sqrt(a * a + b * b)
+            limit = _look_up(share, np.arctan2(b, a), boundary)
+            bend = knee * limit
+            inside = limit >= C_source
+            if not inside and knee >= 1.0:  # clipping leaves alone what is inside, the table's rounding apart
+                inside = _slack(L, a, b, columns, white) >= -TOLERANCE
 
             scale = 1.0
-            if C > 0.0 and not (before and knee >= 1.0):
-                # The chroma of the boundary at this lightness and hue, bilinear in the table.
-                u = share * last_L
-                v = (np.arctan2(b, a) / (2.0 * np.pi) % 1.0) * n_hue
-                i, j = min(int(u), last_L - 1), min(int(v), n_hue - 1)
-                u, v = u - i, v - j
-                C_max = (1.0 - u) * ((1.0 - v) * boundary[i, j] + v * boundary[i, j + 1]) + u * (
-                    (1.0 - v) * boundary[i + 1, j] + v * boundary[i + 1, j + 1]
-                )
-                C_knee = knee * C_max
-                if C > C_knee:
-                    room, excess = C_max - C_knee, C - C_knee
-                    scale = (C_knee + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C
-
-            inside = True
-            if scale < 1.0 or not before:
-                inside = _is_inside(L, np.float32(scale * a), np.float32(scale * b), rows, white, TOLERANCE)
-            if not inside:
-                # The table rounded a corner away: back to the boundary itself.
-                low, high = 0.0, scale
-                near = max(0.0, scale - 0.25 / C)
-                if _is_inside(L, np.float32(near * a), np.float32(near * b), rows, white, TOLERANCE):
-                    low = near
-                while (high - low) * C > 1e-4:
-                    middle = 0.5 * (low + high)
-                    if _is_inside(L, np.float32(middle * a), np.float32(middle * b), rows, white, TOLERANCE):
-                        low = middle
-                    else:
-                        high = middle
-                scale = low
-                inside = scale > 0.0 or _is_inside(L, 0.0, 0.0, rows, white, TOLERANCE)
+            if bend < C_source and not (inside and knee >= 1.0):
+                room, excess = limit - bend, C_source - bend
+                scale = (bend + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C_source
+            slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
+            if slack < -TOLERANCE and C_source > 0.0:
+                scale = _scale_to_boundary(scale, L, a, b, columns, white)
+                slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
             mapped[row, column, 0] = L
             mapped[row, column, 1] = scale * a
             mapped[row, column, 2] = scale * b
-            counts[row, 0] += (1.0 - scale) * C > 0.1
-            counts[row, 2] += inside
+            counts[row, 0] += (1.0 - scale) * C_source > 0.1
+            counts[row, 1] += inside
+            counts[row, 2] += slack >= -TOLERANCE
     return mapped, counts

@@ -211,12 +211,12 @@ class Installation:
             yield fresh
             old = self.path / f".{stage_name}-{os.getpid()}-old"
             if target.exists():
-                os.rename(target, old)
+                target.rename(old)
             try:
-                os.rename(fresh, target)
+                fresh.rename(target)
             except BaseException:
                 if old.exists():
-                    os.rename(old, target)
+                    old.rename(target)
                 raise
             shutil.rmtree(old, ignore_errors=True)
         finally:
@@ -229,7 +229,7 @@ class Installation:
             if pid.isdigit() and _alive(int(pid)):
                 continue
             if left.name.endswith("-old") and not self.folder(stage_name).exists():
-                os.rename(left, self.folder(stage_name))
+                left.rename(self.folder(stage_name))
             else:
                 shutil.rmtree(left, ignore_errors=True)
 

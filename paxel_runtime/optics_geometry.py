@@ -19,7 +19,15 @@ from numpy.typing import NDArray
 
 from paxel_runtime.optics_grid import FineGrid, bspline_weights, correlated_noise, in_bands
 
-__all__ = ["LATTICE_PX", "BenchMaps", "camera_to_fine_grid", "make_maps", "raster_of_channel", "raster_to_wall", "wall_to_camera"]
+__all__ = [
+    "LATTICE_PX",
+    "BenchMaps",
+    "camera_to_fine_grid",
+    "make_maps",
+    "raster_of_channel",
+    "raster_to_wall",
+    "wall_to_camera",
+]
 
 _WAVE_STEP_PX = 12.0
 _CAMERA_MARGIN = 0.03
@@ -124,7 +132,9 @@ def make_maps(
     )
 
 
-def _similarity(angle_deg: float, scale: float, shift: NDArray[np.float64] | tuple[float, float]) -> NDArray[np.float64]:
+def _similarity(
+    angle_deg: float, scale: float, shift: NDArray[np.float64] | tuple[float, float]
+) -> NDArray[np.float64]:
     c, s = scale * np.cos(np.deg2rad(angle_deg)), scale * np.sin(np.deg2rad(angle_deg))
     return np.array([[c, -s, shift[0]], [s, c, shift[1]], [0.0, 0.0, 1.0]])
 
@@ -147,9 +157,7 @@ def _frame_projection(
     return np.array([scale, *((size - 1) / 2 - scale * (low + high) / 2)])
 
 
-def _make_wave(
-    resolution: tuple[int, int], rms_mm: float, correlation_px: float, seed: int
-) -> NDArray[np.float64]:
+def _make_wave(resolution: tuple[int, int], rms_mm: float, correlation_px: float, seed: int) -> NDArray[np.float64]:
     """B-spline coefficients of a displacement with the wanted rms along each axis."""
     if rms_mm == 0:
         return np.empty((2, 0, 0))
@@ -183,9 +191,7 @@ def raster_of_channel(maps: BenchMaps, channel: int, uv: NDArray[np.floating]) -
     return maps.raster_centre + (np.asarray(uv) - maps.raster_centre) * maps.magnification[channel]
 
 
-def camera_to_fine_grid(
-    maps: BenchMaps, grid: FineGrid, camera_resolution: tuple[int, int]
-) -> NDArray[np.float64]:
+def camera_to_fine_grid(maps: BenchMaps, grid: FineGrid, camera_resolution: tuple[int, int]) -> NDArray[np.float64]:
     """Sample of the fine grid (x, y) that every 4th camera pixel sees, (rows, columns, 2), in x and y.
 
     Node [j, i] belongs to camera pixel (4 i, 4 j); the last nodes lie at or beyond the picture's rim. The maps bend so

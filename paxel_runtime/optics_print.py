@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Pattern
-from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall, to_wall
+from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall
 from paxel_runtime.optics_grid import MARGIN_PX, FineGrid, correlated_noise, in_bands
 
 __all__ = ["InkLayers", "ink_coverage", "make_layers"]
@@ -29,16 +29,16 @@ class InkLayers(NamedTuple):
 
     Attributes
     ----------
-    cells : (rows, columns) uint8 array
+    differs : (L, rows, columns) uint16 array
+        For each layer and cell: bit 8, the cell has no ink; bits 0 to 7, the neighbour in direction 0 (right), 1
+        (upper right), ... 7 (lower right) differs from the cell in that.
     dot_mm, angle_rad : float
     half_size_mm : (2,) float64 array
         Half of the pattern area.
     scale : (2,) float64 array
         Size of the print in x and y, 1 = nominal.
-    labels : (L,) int64 array
-        Colorant of each layer, the one that decides on overlaps first.
     offsets_mm : (L, 2) float64 array
-        Misregistration of each layer.
+        Misregistration of each layer; the layer that decides on overlaps comes first.
     spread_mm : float
         Growth of every edge.
     ragged_mm : (m, m) float32 array
@@ -46,12 +46,11 @@ class InkLayers(NamedTuple):
     ragged_step_mm : float
     """
 
-    cells: NDArray[np.uint8]
+    differs: NDArray[np.uint16]
     dot_mm: float
     angle_rad: float
     half_size_mm: NDArray[np.float64]
     scale: NDArray[np.float64]
-    labels: NDArray[np.int64]
     offsets_mm: NDArray[np.float64]
     spread_mm: float
     ragged_mm: NDArray[np.float32]
@@ -92,12 +91,11 @@ def make_layers(
         tile = correlated_noise((_RAGGED_TILE, _RAGGED_TILE), _RAGGED_STEPS_PER_CORRELATION, rng)
         ragged = (tile * (ragged_um / 1000)).astype(np.float32)
     return InkLayers(
-        cells=np.ascontiguousarray(pattern.cells),
+        differs=np.stack([_differs(pattern.cells == ink) for ink in inks]),
         dot_mm=float(pattern.dot_size_mm),
         angle_rad=float(np.deg2rad(pattern.angle_deg)),
         half_size_mm=np.array(pattern.size_mm, np.float64) / 2,
         scale=1.0 + np.array(scale_error, np.float64),
-        labels=np.array(inks, np.int64),
         offsets_mm=offsets,
         spread_mm=spread_um / 1000,
         ragged_mm=ragged,
@@ -105,15 +103,26 @@ def make_layers(
     )
 
 
+def _differs(inked: NDArray[np.bool_]) -> NDArray[np.uint16]:
+    """`InkLayers.differs` of one layer."""
+    bits = np.uint16(256) * ~inked
+    for bit, (right, up) in enumerate(((1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1))):
+        bits = bits | (np.roll(inked, (-up, -right), (0, 1)) != inked) * np.uint16(1 << bit)
+    return bits
+
+
 def ink_coverage(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> NDArray[np.uint8]:
     """Share of each fine sample's area that each layer decides, (L, rows, columns), 0..255; the rest is bare paper."""
-    coverage = np.empty((len(layers.labels), *grid.shape), np.uint8)
-    long_mm, short_mm = _projected_sample(layers, maps, grid)
+    coverage = np.empty((len(layers.differs), *grid.shape), np.uint8)
+    sides_mm = _projected_sample(layers, maps, grid)
+    corners_x, corners_y = (np.arange(n + 2 * MARGIN_PX + 1) - MARGIN_PX - 0.5 for n in (grid.width, grid.height))
 
     def work(start: int, stop: int) -> None:
-        _cover_rows(start, layers, maps, grid, long_mm, short_mm, coverage[:, start:stop])
+        corners = np.stack(np.meshgrid(corners_x, corners_y[start : stop + 1]), axis=-1)
+        rows = slice(start * grid.subsamples, stop * grid.subsamples)
+        _cover_pixels(raster_to_wall(maps, corners), layers, grid.subsamples, sides_mm, coverage[:, rows])
 
-    in_bands(work, grid.shape[0], 64)
+    in_bands(work, grid.height + 2 * MARGIN_PX, 16)
     return coverage
 
 
@@ -122,39 +131,35 @@ def _projected_sample(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> tup
     step = 1.0 / grid.subsamples
     origin, right, down = raster_to_wall(maps, maps.raster_centre + np.array([[0.0, 0.0], [step, 0.0], [0.0, step]]))
     normal = np.array([np.cos(layers.angle_rad), np.sin(layers.angle_rad)])
-    sides = sorted((abs(float((right - origin) @ normal)), abs(float((down - origin) @ normal))))
-    return sides[1], max(sides[0], 1e-9)
+    short, long = sorted((abs(float((right - origin) @ normal)), abs(float((down - origin) @ normal))))
+    return long, max(short, 1e-9)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _signed_distance(cells: NDArray[np.uint8], s: float, t: float, label: int) -> float:
-    """Distance, in cells, from a point to the edge of a colorant's area, negative inside; exact up to half a cell."""
-    rows, columns = cells.shape
-    i, j = int(np.floor(s)), int(np.floor(t))
-    left, low = s - i, t - j
+def _signed_distance(bits: int, left: float, low: float) -> float:
+    """Distance, in cells, from a point of a cell to the edge of the ink, negative inside; exact up to one cell.
+
+    `bits` is the cell's `InkLayers.differs`; `left`, `low` is the point's place in the cell, 0..1.
+    """
     right, high = 1.0 - left, 1.0 - low
-    i0, j0 = i % columns, j % rows
-    i_left, i_right = (i0 - 1) % columns, (i0 + 1) % columns
-    j_low, j_high = (j0 - 1) % rows, (j0 + 1) % rows
-    inside = cells[j0, i0] == label
-    distance = 1.0
-    if (cells[j0, i_left] == label) != inside:
-        distance = min(distance, left)
-    if (cells[j0, i_right] == label) != inside:
-        distance = min(distance, right)
-    if (cells[j_low, i0] == label) != inside:
-        distance = min(distance, low)
-    if (cells[j_high, i0] == label) != inside:
-        distance = min(distance, high)
-    if (cells[j_low, i_left] == label) != inside:
-        distance = min(distance, np.sqrt(left * left + low * low))
-    if (cells[j_low, i_right] == label) != inside:
-        distance = min(distance, np.sqrt(right * right + low * low))
-    if (cells[j_high, i_left] == label) != inside:
-        distance = min(distance, np.sqrt(left * left + high * high))
-    if (cells[j_high, i_right] == label) != inside:
-        distance = min(distance, np.sqrt(right * right + high * high))
-    return -distance if inside else distance
+    squared = 1.0
+    if bits & 1:
+        squared = min(squared, right * right)
+    if bits & 4:
+        squared = min(squared, high * high)
+    if bits & 16:
+        squared = min(squared, left * left)
+    if bits & 64:
+        squared = min(squared, low * low)
+    if bits & 2:
+        squared = min(squared, right * right + high * high)
+    if bits & 8:
+        squared = min(squared, left * left + high * high)
+    if bits & 32:
+        squared = min(squared, left * left + low * low)
+    if bits & 128:
+        squared = min(squared, right * right + low * low)
+    return np.sqrt(squared) if bits & 256 else -np.sqrt(squared)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -177,40 +182,68 @@ def _ragged_at(x: float, y: float, layers: InkLayers) -> float:
     """Noise of the edges at a point, mm; bilinear in the periodic tile."""
     if layers.ragged_mm.shape[0] == 0:
         return 0.0
-    size = layers.ragged_mm.shape[0]
+    last = _RAGGED_TILE - 1  # the tile's size is a power of two
     gx, gy = x / layers.ragged_step_mm, y / layers.ragged_step_mm
     ix, iy = int(np.floor(gx)), int(np.floor(gy))
     fx, fy = gx - ix, gy - iy
-    x0, x1, y0, y1 = ix % size, (ix + 1) % size, iy % size, (iy + 1) % size
+    x0, x1, y0, y1 = ix & last, (ix + 1) & last, iy & last, (iy + 1) & last
     low = (1 - fx) * layers.ragged_mm[y0, x0] + fx * layers.ragged_mm[y0, x1]
     high = (1 - fx) * layers.ragged_mm[y1, x0] + fx * layers.ragged_mm[y1, x1]
     return (1 - fy) * low + fy * high
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cover_rows(
-    first_row: int,
+def _cover_pixels(
+    corners_mm: NDArray[np.float64],
     layers: InkLayers,
-    maps: BenchMaps,
-    grid: FineGrid,
-    long_mm: float,
-    short_mm: float,
+    subsamples: int,
+    sides_mm: tuple[float, float],
     coverage: NDArray[np.uint8],
 ) -> None:
+    """Fill the samples of whole pixels, whose corners lie at `corners_mm` (rows + 1, columns + 1, 2) on the wall.
+
+    Within a pixel the wall is linear: true to 1e-5 mm for the maps of `optics_geometry`.
+    """
+    long_mm, short_mm = sides_mm
+    cell_rows, cell_columns = layers.differs.shape[1], layers.differs.shape[2]
+    reach = layers.spread_mm + (long_mm + short_mm) / 2
+    for k in range(len(layers.offsets_mm)):
+        reach = max(reach, layers.spread_mm + (long_mm + short_mm) / 2 + np.abs(layers.offsets_mm[k]).max())
+    if layers.ragged_mm.shape[0]:
+        reach += np.abs(layers.ragged_mm).max()
     c, s = np.cos(layers.angle_rad) / layers.dot_mm, np.sin(layers.angle_rad) / layers.dot_mm
-    step = 1.0 / grid.subsamples
-    origin = 0.5 * step - 0.5 - MARGIN_PX
     for row in range(coverage.shape[1]):
+        v = row // subsamples
+        fy = (row % subsamples + 0.5) / subsamples
         for column in range(coverage.shape[2]):
-            x, y = to_wall(origin + column * step, origin + (first_row + row) * step, maps)
-            x, y = x / layers.scale[0], y / layers.scale[1]
+            u = column // subsamples
+            fx = (column % subsamples + 0.5) / subsamples
+            a, b = (1 - fx) * (1 - fy), fx * (1 - fy)
+            d, e = (1 - fx) * fy, fx * fy
+            x = a * corners_mm[v, u, 0] + b * corners_mm[v, u + 1, 0]
+            x = (x + d * corners_mm[v + 1, u, 0] + e * corners_mm[v + 1, u + 1, 0]) / layers.scale[0]
+            y = a * corners_mm[v, u, 1] + b * corners_mm[v, u + 1, 1]
+            y = (y + d * corners_mm[v + 1, u, 1] + e * corners_mm[v + 1, u + 1, 1]) / layers.scale[1]
+            to_rim = min(layers.half_size_mm[0] - abs(x), layers.half_size_mm[1] - abs(y))
+            i, j = c * x + s * y, c * y - s * x
+            left, low = i - np.floor(i), j - np.floor(j)
+            to_edge = layers.dot_mm * min(min(left, 1.0 - left), min(low, 1.0 - low))
+            if to_edge > reach and abs(to_rim) > reach:  # deep inside one cell, or far out on the paper
+                cell_row, cell_column = int(np.floor(j)) % cell_rows, int(np.floor(i)) % cell_columns
+                for k in range(coverage.shape[0]):
+                    inked = to_rim > 0 and layers.differs[k, cell_row, cell_column] < 256
+                    coverage[k, row, column] = 255 if inked else 0
+                continue
             free = 255
             for k in range(coverage.shape[0]):
                 px, py = x - layers.offsets_mm[k, 0], y - layers.offsets_mm[k, 1]
-                depth = -layers.dot_mm * _signed_distance(layers.cells, c * px + s * py, c * py - s * px, layers.labels[k])
+                i, j = c * px + s * py, c * py - s * px
+                i_cell, j_cell = int(np.floor(i)), int(np.floor(j))
+                bits = layers.differs[k, j_cell % cell_rows, i_cell % cell_columns]
+                depth = -layers.dot_mm * _signed_distance(bits, i - i_cell, j - j_cell)
                 depth = min(depth, min(layers.half_size_mm[0] - abs(px), layers.half_size_mm[1] - abs(py)))
-                if abs(depth) < 0.5 * layers.dot_mm:
+                if abs(depth) < reach:
                     depth += layers.spread_mm + _ragged_at(px + 3.7 * k, py - 5.3 * k, layers)
-                share = int(255.0 * _share_inside(depth, long_mm, short_mm) + 0.5)
-                coverage[k, row, column] = min(share, free)
-                free -= coverage[k, row, column]
+                share = min(int(255.0 * _share_inside(depth, long_mm, short_mm) + 0.5), free)
+                coverage[k, row, column] = share
+                free -= share

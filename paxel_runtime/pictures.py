@@ -28,9 +28,7 @@ Box = tuple[float, float, float, float]
 _ROWS_AT_ONCE = 256
 
 
-def load_picture(
-    path: str | os.PathLike[str], width: int, height: int, placement: str = "fill"
-) -> NDArray[np.float32]:
+def load_picture(path: str | os.PathLike[str], width: int, height: int, placement: str = "fill") -> NDArray[np.float32]:
     """Read a picture file as CIELAB on the projector's raster.
 
     Whatever Pillow reads: PNG, JPEG, TIFF, WebP, GIF (first frame), BMP and more; gray at 8 or 16 bits, colour at 8
@@ -107,9 +105,11 @@ def resample(linear: NDArray[np.float32], width: int, height: int, box: Box | No
     light ringing shows beside every dark edge.
     """
     bands = [
-        np.asarray(Image.fromarray(np.ascontiguousarray(linear[..., c])).resize(
-            (width, height), Image.Resampling.BICUBIC, box=box
-        ))
+        np.asarray(
+            Image.fromarray(np.ascontiguousarray(linear[..., c])).resize(
+                (width, height), Image.Resampling.BICUBIC, box=box
+            )
+        )
         for c in range(linear.shape[2])
     ]
     return np.clip(np.stack(bands, axis=-1), 0.0, 1.0)
@@ -154,11 +154,11 @@ def _to_8_bits(image: Image.Image) -> Image.Image:
 def _to_sRGB(image: Image.Image, path: Path) -> Image.Image:
     """The picture as 8-bit sRGB, through its embedded ICC profile where it has one."""
     profile = image.info.get("icc_profile")
-    if image.mode in ("1", "P", "PA", "LA", "RGBA", "RGBX", "La", "RGBa"):
-        # The profile is about the colours, without palette and alpha.
-        image = image.convert("L" if image.mode in ("1", "LA", "La") else "RGBA").convert(
-            "L" if image.mode in ("1", "LA", "La") else "RGB"
-        )
+    # A profile is about the colours alone, without palette and alpha.
+    if image.mode in ("1", "LA"):
+        image = image.convert("L")
+    elif image.mode in ("P", "PA", "RGBA", "RGBX"):
+        image = image.convert("RGB")
     if not profile:
         return image.convert("RGB")
     try:

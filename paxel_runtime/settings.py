@@ -33,7 +33,9 @@ class PatternSettings(_Section):
     layout: Literal["checkerboard"] = Field("checkerboard", description="how the colorants are laid out")
     colorants: tuple[str, ...] = Field(("black", "white"), description="inks of the print; white is the bare paper")
     dot_size_mm: Annotated[float, Field(gt=0, le=50)] = Field(0.75, description="edge of a dot on the paper, mm")
-    angle_deg: Annotated[float, Field(ge=-360, le=360)] = Field(30.0, description="rotation, counter-clockwise, degrees")
+    angle_deg: Annotated[float, Field(ge=-360, le=360)] = Field(
+        30.0, description="rotation, counter-clockwise, degrees"
+    )
     size_mm: tuple[Positive, Positive] = Field((600.0, 400.0), description="width and height of the pattern, mm")
 
     @model_validator(mode="after")
@@ -158,12 +160,12 @@ PRESETS: dict[str, dict[str, Any]] = {
 """Whole installations by name: what they change from the defaults."""
 
 DEMO_OVERRIDES: dict[str, Any] = {
-    "pattern.size_mm": [180.0, 120.0],
+    "pattern.size_mm": [160.0, 100.0],
     "projector.resolution": [960, 540],
     "projector.width_mm": 140.6,
     "camera.resolution": [2048, 1536],
 }
-"""What `paxel demo` changes in any preset: small enough for a laptop, never a whole number of pixels a dot."""
+"""What `paxel demo` changes in any preset: fit for a laptop and an A4 sheet, never a whole number of pixels a dot."""
 
 
 def make_settings(preset: str = "bw-checkerboard", overrides: dict[str, Any] | None = None) -> Settings:
@@ -203,9 +205,7 @@ def load_settings(path: Path) -> Settings:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise SettingsError(
-            f"{path}: there is no paxel.toml here; make one with: paxel new {path.parent}"
-        ) from None
+        raise SettingsError(f"{path}: there is no paxel.toml here; make one with: paxel new {path.parent}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path} cannot be read as UTF-8 text: {error}") from None
     try:
@@ -281,9 +281,8 @@ def _line_of(location: list[str], text: str | None) -> int | None:
         elif len(location) > 1 and (key := re.match(r"\s*([\w.-]+)\s*=", line)):
             if [*section.split("."), *key.group(1).split(".")][-2:] == location[:2]:
                 return number
-        elif len(location) == 1 and (key := re.match(r"\s*([\w-]+)\s*=", line)):
-            if not section and key.group(1) == location[0]:
-                return number
+        elif not section and re.match(rf"\s*{re.escape(location[0])}\s*=", line):
+            return number
     return found
 
 

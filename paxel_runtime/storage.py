@@ -46,7 +46,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}{path.suffix}")
     try:
         write(temporary)
-        os.replace(temporary, path)
+        temporary.replace(path)
     finally:
         with suppress(FileNotFoundError):
             temporary.unlink()
@@ -167,9 +167,7 @@ def model_to_dict(model: PredictionModel) -> dict[str, Any]:
         "surfaces": {name: {"A": s.A.tolist(), "black": s.black.tolist()} for name, s in model.surfaces.items()},
         "response": {
             name: {"code": code.tolist(), "linear": linear.tolist()}
-            for name, code, linear in zip(
-                model.channels, model.response.code, model.response.linear, strict=True
-            )
+            for name, code, linear in zip(model.channels, model.response.code, model.response.linear, strict=True)
         },
     }
 

@@ -213,9 +213,7 @@ def decode(
         wave, total = _add_lines(captures, axis, guess, reason, clipped)
         place = np.empty(reason.shape, np.float32)
         limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
-        kernels.join_lines(
-            wave, total, guess, LINE_PERIOD, *limits, (WEAK_LINE, DISAGREE, OUTSIDE), reason, place
-        )
+        kernels.join_lines(wave, total, guess, LINE_PERIOD, *limits, (WEAK_LINE, DISAGREE, OUTSIDE), reason, place)
         signal += np.hypot(wave[0], wave[1]) / np.float32(2)
         places.append(place)
     reason[clipped & (reason != TOO_DARK)] = SATURATED
@@ -283,9 +281,7 @@ def _decode_gray(
     return coarse, reason, noise
 
 
-def _read_noise(
-    light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64]
-) -> SensorNoise:
+def _read_noise(light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64]) -> SensorNoise:
     """Noise from samples of white - black, black, and a complementary pair minus twice black.
 
     Were there no noise, the pair's sum would be proportional to white - black (the factor is the lamp's drift); the

@@ -11,7 +11,16 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MANY", "add_gray_pair", "add_line", "fill_near", "gray_to_position", "join_lines", "ripple_blocks", "subtract_ripple"]
+__all__ = [
+    "MANY",
+    "add_gray_pair",
+    "add_line",
+    "fill_near",
+    "gray_to_position",
+    "join_lines",
+    "ripple_blocks",
+    "subtract_ripple",
+]
 
 MANY = 255
 """`doubt` of a pixel where more than one bit is in doubt."""
@@ -279,7 +288,11 @@ def ripple_blocks(
                 variance = max(misfit / weights, 1e-10)
                 out = blocks[block // columns, block % columns]
                 out[0], out[1] = solution[6], solution[7]
-                out[2], out[3], out[4] = left_over[0, 0] / variance, left_over[0, 1] / variance, left_over[1, 1] / variance
+                out[2], out[3], out[4] = (
+                    left_over[0, 0] / variance,
+                    left_over[0, 1] / variance,
+                    left_over[1, 1] / variance,
+                )
     return blocks
 
 

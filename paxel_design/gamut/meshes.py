@@ -213,14 +213,11 @@ def _measured(XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: N
     solid = manifold3d.Manifold(manifold3d.Mesh64(Lab, faces.astype(np.uint64)))
     if solid.status() != manifold3d.Error.NoError:
         raise GamutError(f"its surface does not close ({solid.status().name})")
-    mesh_volume = float(solid.volume())
-    if not mesh_volume > 0:
-        raise GamutError(f"its triangles hold {mesh_volume:.3g} cubic CIELAB units, and must hold more than 0")
     volume, area = _exact_volume_and_area(XYZ[faces], white_point)
     edges, _ = _edges(faces, len(XYZ))
     graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(len(XYZ), len(XYZ)))
     components = connected_components(graph, directed=False, return_labels=False)
-    return GamutMesh(Lab, faces, volume, area, mesh_volume, int(components), int(solid.genus()))
+    return GamutMesh(Lab, faces, volume, area, float(solid.volume()), int(components), int(solid.genus()))
 
 
 def _exact_volume_and_area(corners: NDArray[np.float64], white_point: NDArray[np.float64]) -> tuple[float, float]:

@@ -80,4 +80,6 @@ def make_pattern(
         raise InputError(f"a pattern's angle_deg must be a finite number of degrees, got {angle_deg}")
     cells = LAYOUTS[layout](names, seed)
     width_mm, height_mm = size_mm
-    return Pattern(layout, names, cells, float(dot_size_mm), float(angle_deg), (float(width_mm), float(height_mm)), seed)
+    return Pattern(
+        layout, names, cells, float(dot_size_mm), float(angle_deg), (float(width_mm), float(height_mm)), seed
+    )

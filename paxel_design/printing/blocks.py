@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,7 +95,7 @@ def plan_cell_raster(dot_size_mm: float, ink_spread_um: float) -> CellRaster:
             f"ink_spread_um must be at least 0 and below half a dot ({dot_um / 2.0:g} um), got {ink_spread_um:g}: "
             "make the dots larger or measure the spread again"
         )
-    if ink_spread_um <= _SPREAD_TOLERANCE_UM / 2.0:
+    if ink_spread_um <= _SPREAD_TOLERANCE_UM:
         return CellRaster(_FEWEST_SUBPIXELS, 0, dot_um / _FEWEST_SUBPIXELS)
     counts = np.arange(_FEWEST_SUBPIXELS, max(_FEWEST_SUBPIXELS, int(dot_um / _SPREAD_TOLERANCE_UM)) + 1)
     shrinks = np.rint(ink_spread_um * counts / dot_um)
@@ -180,7 +180,7 @@ def _spans(period: int, largest: int, bounds: tuple[int, int]) -> Iterator[tuple
     pieces = -(-step // largest)
     cuts = [step * i // pieces for i in range(pieces + 1)]
     for repeat in range(bounds[0] // step, -(-bounds[1] // step)):
-        for first, last in zip(cuts, cuts[1:], strict=False):
+        for first, last in pairwise(cuts):
             if repeat * step + last > bounds[0] and repeat * step + first < bounds[1]:
                 yield repeat * step + first, last - first, first
 

@@ -9,7 +9,7 @@ import reportlab
 from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 
-__all__ = ["font_name", "font_path", "text_width_mm"]
+__all__ = ["font_name", "font_path", "missing_characters", "text_width_mm"]
 
 
 def font_path() -> Path:
@@ -28,3 +28,9 @@ def font_name() -> str:
 def text_width_mm(text: str, height_mm: float) -> float:
     """Width of a line of text in font size `height_mm`."""
     return float(pdfmetrics.stringWidth(text, font_name(), height_mm))
+
+
+def missing_characters(text: str) -> str:
+    """The characters of a text that the typeface has no glyph for, each once."""
+    glyphs = pdfmetrics.getFont(font_name()).face.charToGlyph
+    return "".join(dict.fromkeys(character for character in text if ord(character) not in glyphs))

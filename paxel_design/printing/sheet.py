@@ -10,12 +10,23 @@ from dataclasses import dataclass
 from typing import Literal
 
 from paxel_design.patterns import colorants_of
-from paxel_design.printing.font import text_width_mm
+from paxel_design.printing.font import missing_characters, text_width_mm
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern
 from paxel_runtime.version import WRITER
 
-__all__ = ["BLEED_MM", "SLUG_MM", "Line", "Patch", "Sheet", "Text", "pattern_summary", "sheet_of"]
+__all__ = [
+    "BLEED_MM",
+    "RULER_MM",
+    "SLUG_MM",
+    "Line",
+    "Patch",
+    "Sheet",
+    "Text",
+    "pattern_summary",
+    "recipe_of",
+    "sheet_of",
+]
 
 BLEED_MM = 3.0
 """Paper beyond the trim that a shop asks for; nothing of the sheet reaches into it."""
@@ -23,9 +34,11 @@ BLEED_MM = 3.0
 SLUG_MM = 12.0
 """Paper beyond the trim that holds the crop marks."""
 
+RULER_MM = 100
+"""Length of the two rulers, between the centres of their outer ticks."""
+
 _SIDE_MM = 25.0
 _END_MM = 40.0
-_RULER_MM = 100
 _PATCH_MM = 22.0
 _PATCH_PITCH_MM = 30.0
 _MARK_MM = 5.0
@@ -117,17 +130,17 @@ def sheet_of(pattern: Pattern, *, dpi: float, ink_spread_um: float, caption: str
         most 120 characters, or a colorant is unknown.
     """
     _check(pattern, dpi, caption)
-    half_width, half_height = pattern.size_mm[0] / 2, pattern.size_mm[1] / 2
+    half_height = pattern.size_mm[1] / 2
     colorants = colorants_of(pattern.colorants)
     captions = _captions(pattern, dpi, ink_spread_um, caption)
-    patches, patch_texts = _patches(colorants, 0.0, 0.0)
+    solids = _solids(colorants)
     band_mm = max(
         pattern.size_mm[0],
-        _RULER_MM + 10.0,
-        len(patches) * _PATCH_PITCH_MM,
+        RULER_MM + 10.0,
+        len(solids) * _PATCH_PITCH_MM,
         max(text_width_mm(line, _TEXT_MM) for line in captions),
     )
-    trim_mm = (band_mm + 2 * _SIDE_MM, max(pattern.size_mm[1] + 2 * _END_MM, _RULER_MM + 30.0))
+    trim_mm = (band_mm + 2 * _SIDE_MM, max(pattern.size_mm[1] + 2 * _END_MM, RULER_MM + 30.0))
     if max(trim_mm) + 2 * SLUG_MM > _LARGEST_PAGE_MM:
         raise InputError(
             f"a sheet must be at most {_LARGEST_PAGE_MM - 2 * SLUG_MM:g} mm on each side with its border, "
@@ -135,14 +148,14 @@ def sheet_of(pattern: Pattern, *, dpi: float, ink_spread_um: float, caption: str
         )
     left = -band_mm / 2
     x_ruler = _ruler((left, -half_height - 12.0), along_x=True)
-    y_start = -half_height if pattern.size_mm[1] >= _RULER_MM else -_RULER_MM / 2
-    y_ruler = _ruler((-half_width - 8.0, y_start), along_x=False)
-    patches, patch_texts = _patches(colorants, left, half_height + 8.0)
+    y_start = -half_height if pattern.size_mm[1] >= RULER_MM else -RULER_MM / 2
+    y_ruler = _ruler((left - 9.0, y_start), along_x=False)
+    patches, patch_texts = _patches(solids, left, half_height + 8.0)
     texts = [Text(line, (left, -half_height - 23.0 - 4.6 * i), _TEXT_MM) for i, line in enumerate(captions)]
     return Sheet(
         trim_mm,
         (*_crop_marks(trim_mm), *x_ruler[0], *y_ruler[0]),
-        patches,
+        tuple(patches),
         (*texts, *x_ruler[1], *y_ruler[1], *patch_texts),
     )
 
@@ -161,6 +174,8 @@ def _check(pattern: Pattern, dpi: float, caption: str) -> None:
             f"caption must be one line of at most {_CAPTION_LIMIT} characters, got {len(caption)} "
             f"({caption[:20]!r}...): shorten it"
         )
+    if missing := missing_characters(caption):
+        raise InputError(f"caption must be in Latin letters, digits and signs, got {missing!r}: write it without these")
 
 
 def _captions(pattern: Pattern, dpi: float, ink_spread_um: float, caption: str) -> list[str]:
@@ -184,38 +199,38 @@ def _ruler(start_mm: tuple[float, float], *, along_x: bool) -> tuple[list[Line],
     """A 100 mm ruler with millimetre ticks, the long ones at 0 and 100 mm, its figures on the outer side."""
     x, y = start_mm
     lines, texts = [], []
-    for mm in range(_RULER_MM + 1):
-        length = 7.0 if mm in (0, _RULER_MM) else 4.0 if mm % 10 == 0 else 2.5 if mm % 5 == 0 else 1.5
+    for mm in range(RULER_MM + 1):
+        length = 7.0 if mm in (0, RULER_MM) else 4.0 if mm % 10 == 0 else 2.5 if mm % 5 == 0 else 1.5
         at = (x + mm, y) if along_x else (x, y + mm)
         lines.append(Line(at, (at[0], y + length) if along_x else (x + length, at[1])))
         if mm % 10 == 0:
-            figure = f"{mm} mm" if mm == _RULER_MM and along_x else str(mm)
+            figure = f"{mm} mm" if mm == RULER_MM else str(mm)
             middle = (at[0], y - 3.0) if along_x else (x - 1.0, at[1] - 0.35 * _SMALL_TEXT_MM)
             texts.append(Text(figure, middle, _SMALL_TEXT_MM, "middle" if along_x else "right"))
-    end = (x + _RULER_MM, y) if along_x else (x, y + _RULER_MM)
+    end = (x + RULER_MM, y) if along_x else (x, y + RULER_MM)
     return [Line(start_mm, end), *lines], texts
 
 
+def _solids(colorants: tuple[Colorant, ...]) -> list[tuple[str, Colorant | None]]:
+    """Names and solids of the patches: every colorant, and bare paper (None) if it is not one of them."""
+    solids = [(colorant.name, colorant if max(colorant.cmyk) > 0 else None) for colorant in colorants]
+    return solids if any(colorant is None for _, colorant in solids) else [*solids, ("bare paper", None)]
+
+
 def _patches(
-    colorants: tuple[Colorant, ...], left_mm: float, bottom_mm: float
-) -> tuple[tuple[Patch, ...], tuple[Text, ...]]:
-    """A solid patch of every colorant, and one of bare paper unless the pattern has it, with name and recipe."""
-    wanted: list[Colorant | None] = [None if max(colorant.cmyk) == 0 else colorant for colorant in colorants]
-    names = [colorant.name for colorant in colorants]
-    if None not in wanted:
-        wanted, names = [*wanted, None], [*names, "bare paper"]
+    solids: list[tuple[str, Colorant | None]], left_mm: float, bottom_mm: float
+) -> tuple[list[Patch], list[Text]]:
+    """A row of solid patches, each under its name and recipe."""
     patches, texts = [], []
-    for i, (name, colorant) in enumerate(zip(names, wanted, strict=True)):
+    for i, (name, colorant) in enumerate(solids):
         x, top = left_mm + i * _PATCH_PITCH_MM, bottom_mm + _PATCH_MM
         patches.append(Patch((x, bottom_mm), (_PATCH_MM, _PATCH_MM), colorant))
         texts.append(Text(name, (x, top + 4.6), _SMALL_TEXT_MM))
         texts.append(Text(recipe_of(colorant), (x, top + 1.4), 0.85 * _SMALL_TEXT_MM))
-    return tuple(patches), tuple(texts)
+    return patches, texts
 
 
 def recipe_of(colorant: Colorant | None) -> str:
     """The printer's recipe of a colorant, such as ``"M100 Y100"``; None is bare paper."""
-    parts = [
-        f"{ink}{100 * share:g}" for ink, share in zip("CMYK", colorant.cmyk if colorant else (), strict=False) if share
-    ]
-    return " ".join(parts) or "no ink"
+    shares = zip("CMYK", colorant.cmyk if colorant else (0.0,) * 4, strict=True)
+    return " ".join(f"{ink}{100 * share:g}" for ink, share in shares if share) or "no ink"

@@ -150,9 +150,7 @@ def _log_jets(x: Jet, y: float, y_b: float) -> tuple[Jet, Jet]:
 
 
 @njit(**_SIMD)
-def _geometric_mean(
-    a1: float, b1: float, a2: float, b2: float, C1: float, C2: float
-) -> tuple[float, float]:
+def _geometric_mean(a1: float, b1: float, a2: float, b2: float, C1: float, C2: float) -> tuple[float, float]:
     """2 sqrt(C1 C2) (cos, sin)(dh / 2), dh in -180..180 degrees: its imaginary part is dH' (Sharma, Eqs. 10, 11).
 
     The larger part comes from a sum without cancellation, the smaller from the product of the two, 2 a1 x a2.
@@ -201,7 +199,8 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
     The standard takes h - 275 with h in 0..360 and does not wrap it: from 360 to 0 the term steps from 1e-5 to 0.
     """
     wrapped = c > 0.0 and s >= 0.0
-    cosine = max(c * _C275 + s * _S275, -0.5)  # beyond 120 degrees the term is below 2e-10
+    cosine = c * _C275 + s * _S275
+    cosine = -0.5 if cosine < -0.5 else cosine  # beyond 120 degrees the term is below 2e-10; max() is not SIMD
     sine = s * _C275 - c * _S275
     half_cosine = math.sqrt(0.5 + 0.5 * cosine)
     w, w1, w2 = 1.0 - half_cosine, 0.25 * sine / half_cosine, 0.25 * half_cosine
@@ -223,9 +222,7 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
     e1 = 16.0 * e * log_slope
     e2 = 16.0 * e * (log_curve + 15.0 * log_slope * log_slope)
     z = e * e
-    R = e * (
-        _SIN[0] + z * (_SIN[1] + z * (_SIN[2] + z * (_SIN[3] + z * (_SIN[4] + z * (_SIN[5] + z * _SIN[6])))))
-    )
+    R = e * (_SIN[0] + z * (_SIN[1] + z * (_SIN[2] + z * (_SIN[3] + z * (_SIN[4] + z * (_SIN[5] + z * _SIN[6]))))))
     R1 = (math.pi / 3.0) * math.sqrt(1.0 - R * R)
     return R, R1 * e1, R1 * e2 - (math.pi / 3.0) ** 2 * R * e1 * e1
 
@@ -306,15 +303,14 @@ def squared_dE00_jet(
     """
     lightness, L_1, L_2 = _lightness_jet(L1, L2)
     v, a, b, aa, ab, bb = _chromatic_jet(a1, b1, a2, b2)
-    return max(lightness + v, 0.0), L_1, a, b, L_2, aa, ab, bb
+    value = lightness + v
+    return 0.0 if value < 0.0 else value, L_1, a, b, L_2, aa, ab, bb
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _dE00_rows(Lab1: NDArray[np.floating], Lab2: NDArray[np.floating], out: NDArray[np.float64]) -> None:
     for i in range(out.size):
-        out[i] = math.sqrt(
-            squared_dE00_jet(Lab1[i, 0], Lab1[i, 1], Lab1[i, 2], Lab2[i, 0], Lab2[i, 1], Lab2[i, 2])[0]
-        )
+        out[i] = math.sqrt(squared_dE00_jet(Lab1[i, 0], Lab1[i, 1], Lab1[i, 2], Lab2[i, 0], Lab2[i, 1], Lab2[i, 2])[0])
 
 
 def dE00(Lab1: ArrayLike, Lab2: ArrayLike) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 """The plan of a calibration: complete, unique, and each frame is what its exposure says."""
 
+import itertools
 import json
 
 import numpy as np
@@ -46,7 +47,7 @@ def test_readings_hold_what_table_one_needs() -> None:
 
 def test_the_surface_changes_only_twice() -> None:
     surfaces = [e.surface for e in _plan()]
-    assert sum(a != b for a, b in zip(surfaces, surfaces[1:], strict=False)) == 2
+    assert sum(a != b for a, b in itertools.pairwise(surfaces)) == 2
 
 
 def test_random_projections_are_whole_codes_and_the_same_on_both_surfaces() -> None:

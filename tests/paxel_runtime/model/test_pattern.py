@@ -24,7 +24,12 @@ def test_without_rotation_the_cells_lie_row_0_lowest_from_the_centre() -> None:
 
 
 @given(
-    st.floats(0.1, 5), st.floats(-180, 180), st.floats(-15, 15), st.floats(-15, 15), st.integers(-2, 2), st.integers(-2, 2)
+    st.floats(0.1, 5),
+    st.floats(-180, 180),
+    st.floats(-15, 15),
+    st.floats(-15, 15),
+    st.integers(-2, 2),
+    st.integers(-2, 2),
 )
 def test_it_repeats_along_its_own_axes(
     dot_size_mm: float, angle_deg: float, x_mm: float, y_mm: float, i: int, j: int

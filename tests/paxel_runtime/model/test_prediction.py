@@ -33,7 +33,7 @@ def test_a_flat_start_is_inverted_to_a_code_that_gives_the_light() -> None:
 
 def test_a_falling_curve_is_refused() -> None:
     with pytest.raises(InputError, match="without falling"):
-        ProjectorResponse((CODE,), (np.where(CODE == CODE[5], 0.9, CODE),))
+        ProjectorResponse((CODE,), (np.where(CODE[5] == CODE, 0.9, CODE),))
 
 
 @given(st.integers(1, 4), st.integers(1, 4), st.integers(0, 99))

@@ -1,0 +1,236 @@
+"""Wanted colours on both surfaces -> linear inputs x (Eqs. 5 and 7 of the paper).
+
+Minimises w_p dE00(pattern)^2 + w_w dE00(white)^2 over 0 <= x <= 1, pixel by pixel, in three stages (design,
+section 9); each takes only the pixels the one before it left:
+
+1. *Linear solve* about x = 1/2. In the box: both colours are met exactly.
+2. Where inputs outnumber equations, the x *in the box* nearest to 1/2 that meets both colours, if there is one. It is
+   unique and moves continuously with the wanted colours, so noise in a picture stays noise of the same size in x.
+3. Out of gamut: *Newton's method* on dE00^2 + dE00^2 with exact Hessians. XYZ is linear in x, so each step is a
+   quadratic programme in 6 values of XYZ, whatever the number of inputs, and its answer is the nearest one to 1/2.
+
+Pictures stream through in chunks, shared by threads. Nothing here knows files, clusters' places or codes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from paxel_runtime import inversion_kernels as kernels
+from paxel_runtime.errors import InputError
+from paxel_runtime.model.prediction import PredictionModel
+
+__all__ = ["CAPPED", "EXACT", "OPTIMUM", "STATUS_NAMES", "Inversion", "invert"]
+
+EXACT = kernels.EXACT
+"""Both colours are within the gamut and x gives them."""
+OPTIMUM = kernels.OPTIMUM
+"""Out of gamut: x is a minimum of the objective."""
+CAPPED = kernels.CAPPED
+"""Out of gamut, and the bound of iterations was met: x is the best found, near a minimum."""
+
+STATUS_NAMES = {EXACT: "exact", OPTIMUM: "optimum", CAPPED: "capped"}
+
+_CHUNK = 16384  # pixels: a few MB of work space a thread, some 10 ms of work
+
+
+@dataclass(frozen=True, eq=False)
+class Inversion:
+    """The inputs that show wanted colours, and how near they come.
+
+    Attributes
+    ----------
+    x : (..., n) float32 or float64 array
+        Linear inputs, 0..1; x[i * N + j] is channel j on cluster i.
+    dE_pattern : (...) array
+        dE00 on the pattern between the wanted colour and the colour of x, recomputed from x.
+    dE_white : (...) array or None
+        The same on the white surface; None with one surface.
+    status : (...) uint8 array
+        `EXACT`, `OPTIMUM` or `CAPPED`.
+    """
+
+    x: NDArray[np.floating]
+    dE_pattern: NDArray[np.floating]
+    dE_white: NDArray[np.floating] | None
+    status: NDArray[np.uint8]
+
+    def counts(self) -> dict[str, int]:
+        """Number of pixels of each status, by name."""
+        return {name: int(np.count_nonzero(self.status == value)) for value, name in STATUS_NAMES.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class _System:
+    """The model as the kernels want it: 6 equations, those of an absent surface zero."""
+
+    surfaces: int
+    AT: NDArray[np.float64]
+    black: NDArray[np.float64]
+    white: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    right_inverse: NDArray[np.float64] | None  # None where A has no full row rank: XYZ that no x gives
+
+    @property
+    def is_unique(self) -> bool:
+        """Whether a colour pair has one x at most: then one outside the box means out of gamut."""
+        return self.right_inverse is not None and len(self.AT) == 3 * self.surfaces
+
+
+def invert(
+    Lab_pattern: ArrayLike,
+    Lab_white: ArrayLike | None,
+    model: PredictionModel,
+    *,
+    weights: tuple[float, float] = (1.0, 1.0),
+    progress: Callable[[int, int], None] | None = None,
+) -> Inversion:
+    """Find the linear inputs that show one colour on the pattern and another on the white surface.
+
+    Parameters
+    ----------
+    Lab_pattern : (..., 3) array
+        Wanted CIELAB on the pattern, relative to the model's white point.
+    Lab_white : (..., 3) array or None
+        Wanted CIELAB on the second surface, of the same shape; None to ask for the pattern alone (Eq. 7).
+    model : PredictionModel
+        The spectral model: A (3, n) on each surface.
+    weights : (float, float)
+        Weights of dE00^2 on the pattern and on the white surface, > 0.
+    progress : callable, optional
+        Called as ``progress(pixels_done, pixels)`` after each chunk, from the calling thread.
+
+    Returns
+    -------
+    Inversion
+        float32 where every wanted colour came as float32, else float64. An `OPTIMUM` includes a regulariser of
+        1e-4 |x - 1/2|^2, which picks one x among equals and costs at most 2.5e-5 n in dE00^2.
+
+    Raises
+    ------
+    InputError
+        If a picture is not (..., 3) and finite, the two differ in shape, a second picture is asked of a model with one
+        surface, the model is image-based or has no positive white point, or a weight is not positive.
+    """
+    system = _system(model, Lab_white is not None, weights)
+    pattern = _picture(Lab_pattern, "Lab_pattern")
+    white = None if Lab_white is None else _picture(Lab_white, "Lab_white")
+    if white is not None and white.shape != pattern.shape:
+        raise InputError(
+            f"invert: Lab_pattern and Lab_white must have one shape, got {pattern.shape} and {white.shape}"
+        )
+    shape = pattern.shape[:-1]
+    given = [pattern] if white is None else [pattern, white]
+    dtype = np.float32 if all(Lab.dtype == np.float32 for Lab in given) else np.float64
+    rows = [Lab.reshape(-1, 3) for Lab in given]
+    pixels = len(rows[0])
+    x = np.empty((pixels, model.n), dtype)
+    dE = np.empty((system.surfaces, pixels), dtype)
+    status = np.empty(pixels, np.uint8)
+
+    def solve(chunk: slice) -> int:
+        x[chunk], dE[:, chunk], status[chunk] = _invert_chunk([Lab[chunk] for Lab in rows], system, dtype)
+        return chunk.stop - chunk.start
+
+    _each_chunk(solve, pixels, progress)
+    return Inversion(
+        x=x.reshape(*shape, model.n),
+        dE_pattern=dE[0].reshape(shape),
+        dE_white=None if white is None else dE[1].reshape(shape),
+        status=status.reshape(shape),
+    )
+
+
+def _invert_chunk(
+    rows: list[NDArray[np.floating]], system: _System, dtype: type[np.floating]
+) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.uint8]]:
+    """The three stages for a few thousand pixels; x (m, n), dE (surfaces, m), status (m,)."""
+    AT, black, white = system.AT, system.black, system.white
+    Lab = np.zeros((len(rows[0]), 6))
+    for s, picture in enumerate(rows):
+        Lab[:, 3 * s : 3 * s + 3] = picture
+    if system.surfaces == 1:
+        Lab[:, 3] = 0.0  # L* = 0 is XYZ = 0, what the absent surface's zero rows give
+    x = np.empty((len(Lab), len(AT)))
+    status = np.full(len(Lab), kernels.PENDING, np.uint8)
+    if system.right_inverse is not None:
+        kernels.solve_linear(Lab, AT, system.right_inverse, black, white, x, status)
+    if not system.is_unique:
+        queue = np.flatnonzero(status == kernels.PENDING)
+        kernels.solve_in_box(Lab, queue, AT, black, white, x, status)
+    queue = np.flatnonzero(status == kernels.PENDING)
+    kernels.newton(Lab, queue, system.surfaces, AT, black, white, system.weights, x, status)
+    x_out = x.astype(dtype)
+    dE = np.empty((len(Lab), system.surfaces))
+    kernels.evaluate(x_out.astype(np.float64), Lab, system.surfaces, AT, black, white, dE)
+    return x_out, dE.T, status
+
+
+def _each_chunk(solve: Callable[[slice], int], pixels: int, progress: Callable[[int, int], None] | None) -> None:
+    """Run `solve` on every chunk, on as many threads as numba may use; a failure or Ctrl-C drops what is left."""
+    threads = numba.get_num_threads()
+    size = max(min(_CHUNK, -(-pixels // threads)), 1024)
+    chunks = [slice(first, min(first + size, pixels)) for first in range(0, pixels, size)]
+    done = 0
+    if len(chunks) == 1 or threads == 1:
+        for chunk in chunks:
+            done += solve(chunk)
+            if progress is not None:
+                progress(done, pixels)
+        return
+    pool = ThreadPoolExecutor(threads)
+    try:
+        for future in as_completed([pool.submit(solve, chunk) for chunk in chunks]):
+            done += future.result()
+            if progress is not None:
+                progress(done, pixels)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _picture(Lab: ArrayLike, name: str) -> NDArray[np.floating]:
+    array = np.asarray(Lab)
+    if array.dtype != np.float32:
+        array = array.astype(np.float64, copy=False)
+    if array.shape[-1:] != (3,):
+        raise InputError(f"invert: {name} must be CIELAB of shape (..., 3), got {array.shape}")
+    if not np.isfinite(array).all():
+        raise InputError(
+            f"invert: {name} must be finite, got {int(np.count_nonzero(~np.isfinite(array).all(axis=-1)))} pixels "
+            "with NaN or infinity; fill them before inverting"
+        )
+    return array
+
+
+def _system(model: PredictionModel, two: bool, weights: tuple[float, float]) -> _System:
+    if two and model.white is None:
+        raise InputError("invert: the model has one surface; give Lab_white = None, or a model with a white surface")
+    surfaces = [model.pattern, model.white] if two else [model.pattern]
+    white = np.asarray(model.white_point, np.float64)
+    if white.shape != (3,) or not np.all(np.isfinite(white)) or not np.all(white > 0):
+        raise InputError(f"invert: the model's white_point must be 3 positive XYZ values, got {model.white_point}")
+    if len(weights) != 2 or not all(np.isfinite(w) and w > 0 for w in weights):
+        raise InputError(f"invert: weights must be two numbers > 0, got {weights}")
+    AT = np.zeros((model.n, 6))
+    black = np.zeros(6)
+    for s, surface in enumerate(surfaces):
+        assert surface is not None
+        if surface.A.ndim != 2 or not (np.isfinite(surface.A).all() and np.isfinite(surface.black).all()):
+            raise InputError(
+                f"invert needs a spectral model with finite A (3, n) and black (3,), got A of {surface.A.shape}"
+            )
+        AT[:, 3 * s : 3 * s + 3] = surface.A.T
+        black[3 * s : 3 * s + 3] = surface.black
+    rows = 3 * len(surfaces)
+    # Below 1e-6 of the largest singular value A is singular for measured data, and a linear solve is not exact.
+    full_rank = model.n >= rows and np.linalg.matrix_rank(AT[:, :rows] / white.mean(), rtol=1e-6) == rows
+    inverse = np.zeros((model.n, 6))
+    if full_rank:
+        inverse[:, :rows] = np.linalg.pinv(AT[:, :rows].T)
+    return _System(len(surfaces), AT, black, white, np.asarray(weights, np.float64), inverse if full_rank else None)

@@ -1,0 +1,294 @@
+"""Kernels of the inversion: linear solve, nearest-to-gray solution in the box, Newton on dE00^2, dE00 of the result.
+
+Plain arrays in and out, float64, no checks: `inversion.py` makes the arguments and documents the method. Each kernel
+releases the interpreter lock and works on the pixels it is given, so threads can share a picture. The answer of a
+pixel does not depend on its neighbours.
+
+Two surfaces of 3 values make the 6 rows of A; with one surface the last 3 are zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from paxel_runtime.box_qp import DONE, LANES, NU, REG, RES, ROWS, S, Z, clip, larger, qp_steps, smaller
+from paxel_runtime.local_model import (
+    LAB,
+    MU,
+    POINT,
+    POINT_ROWS,
+    TRIAL,
+    VALUE,
+    WORKSPACE,
+    XYZ,
+    Lab_to_t,
+    aim_qp,
+    expand,
+    model_change,
+    t_to_Lab,
+)
+from paxel_runtime.model.delta_e import squared_dE00_jet
+
+__all__ = ["CAPPED", "EXACT", "OPTIMUM", "PENDING", "evaluate", "newton", "solve_in_box", "solve_linear"]
+
+Floats: TypeAlias = NDArray[np.float64]
+Labels: TypeAlias = NDArray[np.uint8]
+
+EXACT, OPTIMUM, CAPPED, PENDING = 0, 1, 2, 255
+
+_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
+_KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+
+_IN_BOX = 1e-9  # an input may leave 0..1 by rounding of the linear solve
+_COMPLIANCE = 1e-11  # of an exact solution: |A x - z| = compliance * multipliers, below 1e-8 where z can be reached
+_DELTA = 2e-4  # the regulariser is delta / 2 |x - 1/2|^2, in dE00^2
+_CONVERGED = 1e-6  # decrease the model still promises, in dE00^2
+_QP_STEPS = 3  # in a round; a lane that needs more goes on in the next
+_ROUNDS = 100  # of a pixel, then it is capped
+
+# Rows of `newton`'s workspace, after those of the QP and of the local model
+_NU_HERE = WORKSPACE  # 6: multipliers where the pixel stands
+_REG_HERE = _NU_HERE + 6 * LANES  # 1
+_CHANGE = _REG_HERE + LANES  # 1: change of the objective that the model promises
+_FRESH = _CHANGE + LANES  # 1: 1.0 in a lane that was just filled: its trial point is the wanted colour itself
+_ROUND = _FRESH + LANES  # 1: rounds spent on the pixel
+_SIZE = _ROUND + LANES
+
+
+@njit(**_KERNEL)
+def solve_linear(
+    Lab: Floats, AT: Floats, inverse: Floats, black: Floats, white: Floats, x: Floats, status: Labels
+) -> None:
+    """x = 1/2 + G (XYZ - black - A/2), kept where it lies in the box.
+
+    Parameters
+    ----------
+    Lab : (m, 6) array
+        Wanted colours on both surfaces.
+    AT : (n, 6) array
+        A transposed.
+    inverse : (n, 6) array
+        G, a right inverse of A.
+    black : (6,) array
+        XYZ of both surfaces at x = 0.
+    white : (3,) array
+        White point.
+    x : (m, n) array
+        Out.
+    status : (m,) uint8 array
+        Out: EXACT where x is in the box, else left alone.
+    """
+    n = AT.shape[0]
+    middle = black.copy()
+    for j in range(n):
+        for i in range(6):
+            middle[i] += 0.5 * AT[j, i]
+    r = np.empty(6)
+    for p in range(Lab.shape[0]):
+        for s in range(0, 6, 3):
+            tx, ty, tz = Lab_to_t(Lab[p, s], Lab[p, s + 1], Lab[p, s + 2])
+            r[s], r[s + 1], r[s + 2] = tx * white[0], ty * white[1], tz * white[2]
+        outside = 0.0
+        for j in range(n):
+            d = 0.0
+            for i in range(6):
+                d += inverse[j, i] * (r[i] - middle[i])
+            outside = max(outside, abs(d))
+            x[p, j] = min(max(0.5 + d, 0.0), 1.0)
+        if outside <= 0.5 + _IN_BOX:
+            status[p] = EXACT
+
+
+@njit(**_SIMD)
+def _write_x(u: Floats, lane: int, x: Floats, pixel: int) -> None:
+    for j in range(x.shape[1]):
+        x[pixel, j] = clip(u[j * LANES + lane])
+
+
+@njit(**_KERNEL)
+def solve_in_box(
+    Lab: Floats, queue: NDArray[np.int64], AT: Floats, black: Floats, white: Floats, x: Floats, status: Labels
+) -> None:
+    """The x in the box nearest to 1/2 that gives the wanted colours, where there is one.
+
+    `queue` lists the pixels to solve; the other arguments are those of `solve_linear`. Status becomes EXACT where the
+    residual is that of a reachable colour; else x is the nearest in XYZ and the status is left alone.
+    """
+    n = AT.shape[0]
+    w = np.zeros(ROWS * LANES)
+    u = np.empty(n * LANES)
+    v = np.empty(n * LANES)
+    for i in (0, 3, 5, 6, 9, 11):
+        w[S + i * LANES : S + (i + 1) * LANES] = _COMPLIANCE
+    for first in range(0, queue.size, LANES):
+        count = min(LANES, queue.size - first)
+        w[NU : NU + 6 * LANES] = 0.0
+        for lane in range(LANES):
+            p = queue[first + min(lane, count - 1)]
+            for s in range(0, 6, 3):
+                tx, ty, tz = Lab_to_t(Lab[p, s], Lab[p, s + 1], Lab[p, s + 2])
+                w[Z + s * LANES + lane] = tx * white[0] - black[s]
+                w[Z + (s + 1) * LANES + lane] = ty * white[1] - black[s + 1]
+                w[Z + (s + 2) * LANES + lane] = tz * white[2] - black[s + 2]
+        qp_steps(w, u, v, AT, 1e-12, 40)
+        for lane in range(count):
+            p = queue[first + lane]
+            _write_x(u, lane, x, p)
+            largest = 0.0
+            for i in range(6):
+                missed = _COMPLIANCE * abs(w[NU + i * LANES + lane]) + abs(w[RES + i * LANES + lane])
+                largest = max(largest, missed)
+            if largest <= 1e-8:
+                status[p] = EXACT
+
+
+@njit(**_SIMD)
+def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: Floats) -> None:
+    """Give a lane a new pixel: no multipliers, and the wanted colour itself as the first point to expand about."""
+    for s in range(0, 6, 3):
+        L, a, b = Lab[pixel, s], Lab[pixel, s + 1], Lab[pixel, s + 2]
+        tx, ty, tz = Lab_to_t(L, a, b)
+        row = LAB + s * LANES + lane
+        w[row], w[row + LANES], w[row + 2 * LANES] = L, a, b
+        row = XYZ + TRIAL + s * LANES + lane
+        w[row] = min(max(tx, 0.0), 1.5) * white[0]
+        w[row + LANES] = min(max(ty, 0.0), 1.5) * white[1]
+        w[row + 2 * LANES] = min(max(tz, 0.0), 1.5) * white[2]
+    for i in range(6):
+        w[NU + i * LANES + lane] = 0.0
+    w[MU + lane] = 0.0
+    w[_FRESH + lane] = 1.0
+    w[_ROUND + lane] = 0.0
+
+
+@njit(**_SIMD)
+def _judge(w: Floats, lane: int) -> None:
+    """Take the trial point or go back, and set the damping: Levenberg and Marquardt's rule on gain / promise."""
+    fresh = w[_FRESH + lane] > 0.0
+    solved = w[DONE + lane] > 0.0
+    change = w[VALUE + TRIAL + lane] - w[VALUE + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+    promise = w[_CHANGE + lane]
+    better = change < 1e-4 * promise
+    take = fresh or (solved and better)
+    back = solved and not (fresh or better)
+    mu = w[MU + lane]
+    weaker = mu * 0.2 if mu > 1e-3 else 0.0
+    stronger = larger(4.0 * mu, 0.05)
+    judged = stronger if change > 0.25 * promise else (weaker if change < 0.75 * promise else mu)
+    w[MU + lane] = 0.0 if fresh else (judged if solved else mu)
+    for i in range(POINT_ROWS):
+        here, trial = w[POINT + i * LANES + lane], w[POINT + TRIAL + i * LANES + lane]
+        w[POINT + i * LANES + lane] = trial if take else here
+    value = w[VALUE + lane]
+    w[VALUE + lane] = 1e30 if fresh else value  # the wanted colour is no solution: take whatever comes
+    reg_here, reg = w[_REG_HERE + lane], w[REG + lane]
+    w[_REG_HERE + lane] = reg if take else reg_here
+    for i in range(6):
+        here, now = w[_NU_HERE + i * LANES + lane], w[NU + i * LANES + lane]
+        kept = now if take else here
+        w[NU + i * LANES + lane] = kept if back else now
+        w[_NU_HERE + i * LANES + lane] = kept
+    w[_FRESH + lane] = 0.0
+
+
+@njit(**_KERNEL)
+def newton(
+    Lab: Floats,
+    queue: NDArray[np.int64],
+    surfaces: int,
+    AT: Floats,
+    black: Floats,
+    white: Floats,
+    weights: Floats,
+    x: Floats,
+    status: Labels,
+) -> None:
+    """Minimise the weighted dE00^2 + dE00^2 over the box for the pixels of `queue` (Eqs. 5 and 7).
+
+    Each round expands dE00^2 about the point where a pixel stands, minimises that over the box, and judges the trial
+    point. The first expansion is about the wanted colour itself. A lane that finishes takes the next pixel.
+
+    `surfaces` is 1 or 2 and `weights` (2,); the other arguments are those of `solve_linear`. Status becomes OPTIMUM,
+    or CAPPED where the bound of rounds was met.
+    """
+    w = np.zeros(_SIZE)
+    u = np.empty(AT.shape[0] * LANES)
+    v = np.empty(AT.shape[0] * LANES)
+    # what a surface that is not there contributes: S = 1 and z = 0, so its multipliers stay 0
+    for i in (0, 3, 5, 6, 9, 11):
+        w[S + i * LANES : S + (i + 1) * LANES] = 1.0
+    pixels = np.full(LANES, -1)
+    following, running = 0, 0
+    for lane in range(min(LANES, queue.size)):
+        pixels[lane] = queue[following]
+        _fill(w, lane, Lab, pixels[lane], black, white)
+        following += 1
+        running += 1
+    for lane in range(running, LANES):
+        _fill(w, lane, Lab, pixels[0], black, white)
+    while running > 0:
+        for lane in range(LANES):
+            value = expand(w, lane, 0, white, weights[0])
+            if surfaces == 2:
+                value += expand(w, lane, 1, white, weights[1])
+            w[VALUE + TRIAL + lane] = value
+        for lane in range(LANES):
+            _judge(w, lane)
+        for lane in range(LANES):
+            aim_qp(w, lane, 0, black, _DELTA)
+        if surfaces == 2:
+            for lane in range(LANES):
+                aim_qp(w, lane, 1, black[3:], _DELTA)
+        qp_steps(w, u, v, AT, 1e-10, _QP_STEPS)
+        for lane in range(LANES):
+            change = model_change(w, lane, 0, black)
+            if surfaces == 2:
+                change += model_change(w, lane, 1, black[3:])
+            w[_CHANGE + lane] = change + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+            w[_ROUND + lane] += 1.0
+        for lane in range(LANES):
+            p = pixels[lane]
+            arrived = w[DONE + lane] > 0.0 and w[_CHANGE + lane] > -_CONVERGED and w[VALUE + lane] < 1e30
+            if p < 0 or not (arrived or w[_ROUND + lane] >= _ROUNDS):
+                continue
+            _write_x(u, lane, x, p)
+            status[p] = OPTIMUM if arrived else CAPPED
+            if following < queue.size:
+                pixels[lane] = queue[following]
+                _fill(w, lane, Lab, pixels[lane], black, white)
+                following += 1
+            else:
+                pixels[lane] = -1
+                running -= 1
+
+
+@njit(**_KERNEL)
+def evaluate(x: Floats, Lab: Floats, surfaces: int, AT: Floats, black: Floats, white: Floats, dE: Floats) -> None:
+    """dE00 between the wanted colours (m, 6) and those that x (m, n) gives, on each surface: `dE` (m, 2), out."""
+    y = np.empty(6 * LANES)
+    wanted = np.empty(6 * LANES)
+    out = np.empty(LANES)
+    for first in range(0, x.shape[0], LANES):
+        count = min(LANES, x.shape[0] - first)
+        for lane in range(LANES):
+            p = first + min(lane, count - 1)
+            for i in range(6):
+                value = black[i]
+                for j in range(AT.shape[0]):
+                    value += AT[j, i] * x[p, j]
+                y[i * LANES + lane] = value / white[i % 3]
+                wanted[i * LANES + lane] = Lab[p, i]
+        for s in range(surfaces):
+            row = 3 * s * LANES
+            for lane in range(LANES):
+                L, a, b = t_to_Lab(y[row + lane], y[row + LANES + lane], y[row + 2 * LANES + lane])
+                out[lane] = squared_dE00_jet(
+                    wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane], L, a, b
+                )[0]
+            for lane in range(count):
+                dE[first + lane, s] = math.sqrt(out[lane])

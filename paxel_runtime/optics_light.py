@@ -1,0 +1,316 @@
+"""The virtual bench's projector: device codes -> linear intensities -> light on the fine raster, and the adjoint.
+
+Two halves. What the electronics and the panel do to intensities (in the order of the design, section 6: cross-talk,
+black level, dimming, fringing); and the footprint with which each projector pixel lights the wall: a box (fill factor)
+blurred by a Gaussian that widens towards the corner, with the lens's fall-off. Light is 1 for a uniform frame at full
+in the middle; fall-off is that of the irradiance on the wall. This file knows no ink and no camera.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from paxel_runtime.optics_geometry import BenchMaps
+from paxel_runtime.optics_grid import FineGrid, in_bands
+
+__all__ = ["Footprint", "drive", "footprint_adjoint", "fringe", "light_rows", "make_footprint", "spread_columns"]
+
+_BINS = 64
+_REACH_SIGMAS = 4.5
+_RUN_PX = 4
+
+
+def drive(
+    codes: NDArray[np.unsignedinteger],
+    table: NDArray[np.float32],
+    cross_talk: float,
+    black: float,
+    dimming: float,
+) -> NDArray[np.float32]:
+    """Linear intensities that the panel is driven to: response, cross-talk, black level, dimming.
+
+    Parameters
+    ----------
+    codes : (H, W, N) unsigned integer array
+        Device codes.
+    table : (N, codes) float32 array
+        Linear intensity of every code.
+    cross_talk : float
+        x_j <- x_j (1 - cross_talk / 2 * sum of the other channels).
+    black : float
+        x <- black + (1 - black) x.
+    dimming : float
+        x <- x (1 - dimming * mean of x over frame and channels).
+
+    Returns
+    -------
+    (N, H, W) float32 array
+    """
+    x = np.empty((codes.shape[2], *codes.shape[:2]), np.float32)
+    sums = np.zeros(len(codes))
+
+    def work(start: int, stop: int) -> None:
+        _drive_rows(codes[start:stop], table, cross_talk, black, x[:, start:stop], sums[start:stop])
+
+    in_bands(work, len(codes), 128)
+    if dimming:
+        x *= np.float32(1.0 - dimming * sums.sum() / x.size)
+    return x
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _drive_rows(
+    codes: NDArray[np.unsignedinteger],
+    table: NDArray[np.float32],
+    cross_talk: float,
+    black: float,
+    x: NDArray[np.float32],
+    sums: NDArray[np.float64],
+) -> None:
+    channels = x.shape[0]
+    for row in range(codes.shape[0]):
+        row_sum = 0.0
+        for column in range(codes.shape[1]):
+            total = 0.0
+            for j in range(channels):
+                total += table[j, codes[row, column, j]]
+            for j in range(channels):
+                value = float(table[j, codes[row, column, j]])
+                value *= 1.0 - 0.5 * cross_talk * (total - value)
+                value = black + (1.0 - black) * value
+                row_sum += value
+                x[j, row, column] = value
+        sums[row] = row_sum
+
+
+def fringe(x: NDArray[np.float32], fraction: float, exponent: float) -> NDArray[np.float32]:
+    """Light lost where neighbouring pixels differ.
+
+    x <- x - fraction * mean over the 4 neighbours of max(0, x - x_neighbour)**exponent; the frame's rim has equal
+    neighbours outside. (N, H, W) float32 -> the same.
+    """
+    if fraction == 0:
+        return x
+    lit = np.empty_like(x)
+
+    def work(start: int, stop: int) -> None:
+        _fringe_rows(x, start, stop, fraction, exponent, lit)
+
+    in_bands(work, x.shape[1], 64)
+    return lit
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fringe_rows(
+    x: NDArray[np.float32], start: int, stop: int, fraction: float, exponent: float, lit: NDArray[np.float32]
+) -> None:
+    height, width = x.shape[1], x.shape[2]
+    for j in range(x.shape[0]):
+        for row in range(start, stop):
+            above, below = max(row - 1, 0), min(row + 1, height - 1)
+            for column in range(width):
+                value = x[j, row, column]
+                loss = 0.0
+                for neighbour in (
+                    x[j, above, column],
+                    x[j, below, column],
+                    x[j, row, max(column - 1, 0)],
+                    x[j, row, min(column + 1, width - 1)],
+                ):
+                    if value > neighbour:
+                        loss += (value - neighbour) ** exponent
+                lit[j, row, column] = value - 0.25 * fraction * loss
+
+
+class Footprint(NamedTuple):
+    """How pixels of one channel light the fine raster, as separable weights that depend on the place.
+
+    Attributes
+    ----------
+    weights_x, weights_y : (bins, columns | rows, taps) float32 arrays
+        Weight of each of `taps` neighbouring pixels on a sample, for each bin of blur.
+    first_x, first_y : (columns | rows,) int64 arrays
+        The first of those pixels, in a frame that is padded by `pad` dark pixels on each side.
+    radius2_x, radius2_y : (columns | rows,) float32 arrays
+        Squared distance from the optical axis along each axis; their sum is 1 at the corner of the raster.
+    row_radius2 : (H,) float32 array
+        `radius2_y` at the rows of projector pixels.
+    fall_off : float
+        Loss of light at the corner.
+    pad : int
+    run : int
+        Samples along a row that share one bin of blur.
+    """
+
+    weights_x: NDArray[np.float32]
+    weights_y: NDArray[np.float32]
+    first_x: NDArray[np.int64]
+    first_y: NDArray[np.int64]
+    radius2_x: NDArray[np.float32]
+    radius2_y: NDArray[np.float32]
+    row_radius2: NDArray[np.float32]
+    fall_off: float
+    pad: int
+    run: int
+
+
+def make_footprint(
+    grid: FineGrid,
+    maps: BenchMaps,
+    channel: int,
+    fill_factor: float,
+    blur_centre_px: float,
+    blur_corner_px: float,
+    fall_off: float,
+) -> Footprint:
+    """Footprint of a channel.
+
+    The blur's sigma grows with the square of the distance from the optical axis, from centre to corner, in 64 steps;
+    so does the loss of light. A uniform frame lights the middle with 1.
+
+    Parameters
+    ----------
+    grid : FineGrid
+    maps : BenchMaps
+        For the channel's magnification (lateral chromatic aberration) and the optical axis.
+    channel : int
+    fill_factor : float
+        Lit share of a pixel's area.
+    blur_centre_px, blur_corner_px : float
+        Sigma, projector pixels.
+    fall_off : float
+        Share of the light lost at the corner.
+    """
+    bins = _BINS if blur_corner_px != blur_centre_px else 1
+    sigmas = np.linspace(blur_centre_px, blur_corner_px, bins)
+    reach = int(np.ceil(0.5 + np.sqrt(fill_factor) / 2 + _REACH_SIGMAS * sigmas.max()))
+    axes = []
+    for axis, samples in ((0, grid.shape[1]), (1, grid.shape[0])):
+        centre = maps.raster_centre[axis]
+        position = grid.to_raster(np.arange(samples))
+        of_channel = centre + (position - centre) / maps.magnification[channel]
+        nearest = np.floor(of_channel + 0.5)
+        weights = _axis_weights(of_channel - nearest, sigmas, reach, np.sqrt(fill_factor))
+        axes.append((weights, nearest.astype(np.int64), ((position - centre) / maps.radius_px) ** 2))
+    (weights_x, nearest_x, radius2_x), (weights_y, nearest_y, radius2_y) = axes
+    beyond = (nearest_x.min(), nearest_y.min(), grid.width - 1 - nearest_x.max(), grid.height - 1 - nearest_y.max())
+    pad = reach - int(min(beyond))
+    return Footprint(
+        weights_x=weights_x,
+        weights_y=weights_y,
+        first_x=nearest_x + pad - reach,
+        first_y=nearest_y + pad - reach,
+        radius2_x=radius2_x.astype(np.float32),
+        radius2_y=radius2_y.astype(np.float32),
+        row_radius2=(((np.arange(grid.height) - maps.raster_centre[1]) / maps.radius_px) ** 2).astype(np.float32),
+        fall_off=fall_off,
+        pad=pad,
+        run=_RUN_PX * grid.subsamples,
+    )
+
+
+def _axis_weights(
+    offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: int, side: float
+) -> NDArray[np.float32]:
+    """Profile of a pixel of width `side`, blurred, at samples `offset` from the nearest pixel: (bins, samples, taps)."""
+    distance = offset[:, None] - np.arange(-reach, reach + 1)
+    scale = 1.0 / sigmas[:, None, None]
+    weights = (ndtr((distance + side / 2) * scale) - ndtr((distance - side / 2) * scale)) / side
+    return weights.astype(np.float32)
+
+
+def spread_columns(x: NDArray[np.float32], footprint: Footprint) -> NDArray[np.float32]:
+    """Light along x: (H, W) intensities -> (H + 2 pad, columns) float32, dark rows above and below."""
+    pad = footprint.pad
+    spread = np.zeros((len(x) + 2 * pad, len(footprint.first_x)), np.float32)
+    padded = np.pad(x, ((0, 0), (pad, pad)))
+
+    def work(start: int, stop: int) -> None:
+        _spread_columns(padded[start:stop], footprint, start, spread[pad + start : pad + stop])
+
+    in_bands(work, len(x), 64)
+    return spread
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def _spread_columns(padded: NDArray[np.float32], f: Footprint, start: int, spread: NDArray[np.float32]) -> None:
+    bins, columns, taps = f.weights_x.shape
+    for row in range(padded.shape[0]):
+        for c in range(columns):
+            r2 = f.row_radius2[start + row] + f.radius2_x[c // f.run * f.run]
+            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            total = np.float32(0.0)
+            first = f.first_x[c]
+            for t in range(taps):
+                total += f.weights_x[bin_, c, t] * padded[row, first + t]
+            spread[row, c] = total
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+def light_rows(spread: NDArray[np.float32], f: Footprint, start: int, light: NDArray[np.float32]) -> None:
+    """Fill rows of light from `start` on, from what `spread_columns` gave; rows beyond the raster are dark."""
+    bins, rows, taps = f.weights_y.shape
+    columns = light.shape[1]
+    for i in range(light.shape[0]):
+        row = start + i
+        line = light[i]
+        line[:] = 0.0
+        if row < 0 or row >= rows:
+            continue
+        for c in range(0, columns, f.run):
+            r2 = f.radius2_y[row] + f.radius2_x[c]
+            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            part = line[c : c + f.run]
+            for t in range(taps):
+                weight = f.weights_y[bin_, row, t]
+                source = spread[f.first_y[row] + t, c : c + f.run]
+                for k in range(part.shape[0]):
+                    part[k] += weight * source[k]
+        if f.fall_off:
+            loss, centre_loss = np.float32(f.fall_off), np.float32(1.0 - f.fall_off * f.radius2_y[row])
+            for c in range(columns):
+                line[c] *= centre_loss - loss * f.radius2_x[c]
+
+
+def footprint_adjoint(
+    weights: NDArray[np.floating], first_row: int, first_column: int, footprint: Footprint, resolution: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Adjoint of spreading light: (H, W) weights of intensities from weights of light in a window of the fine raster.
+
+    For every frame x: ``sum(weights * light in the window) == sum(result * x)``.
+    """
+    width, height = resolution
+    pad = footprint.pad
+    padded = np.zeros((height + 2 * pad, width + 2 * pad))
+    _adjoint(np.asarray(weights, np.float64), first_row, first_column, footprint, padded)
+    return padded[pad : pad + height, pad : pad + width].copy()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _adjoint(
+    weights: NDArray[np.float64], first_row: int, first_column: int, f: Footprint, padded: NDArray[np.float64]
+) -> None:
+    bins, _, taps = f.weights_x.shape
+    columns = weights.shape[1]
+    spread = np.zeros((padded.shape[0], columns))
+    for i in range(weights.shape[0]):
+        row = first_row + i
+        for c in range(columns):
+            column = first_column + c
+            fall = 1.0 - f.fall_off * (f.radius2_y[row] + f.radius2_x[column])
+            r2 = f.radius2_y[row] + f.radius2_x[column // f.run * f.run]
+            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            for t in range(taps):
+                spread[f.first_y[row] + t, c] += f.weights_y[bin_, row, t] * fall * weights[i, c]
+    for row in range(f.pad, padded.shape[0] - f.pad):
+        for c in range(columns):
+            column = first_column + c
+            r2 = f.row_radius2[row - f.pad] + f.radius2_x[column // f.run * f.run]
+            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            for t in range(taps):
+                padded[row, f.first_x[column] + t] += f.weights_x[bin_, column, t] * spread[row, c]

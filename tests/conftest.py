@@ -1,0 +1,37 @@
+"""Fixtures that several test files share."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ
+from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
+from paxel_runtime.model.response import ProjectorResponse
+
+
+@pytest.fixture(scope="session")
+def bw_model() -> Callable[[int], PredictionModel]:
+    """A black/white checkerboard under an sRGB projector: clusters share the area, ink 4 %, 15 % of the light spilt."""
+
+    def make(K: int) -> PredictionModel:
+        share = np.full(K, 1 / K)
+        ink = np.linspace(0.04, 1.0, K)
+        reflectance = 0.85 * ink + 0.15 * ink.mean()
+        primaries = linear_sRGB_to_XYZ(np.eye(3)).T  # (3, N), columns
+        black = D65_XYZ / 1000
+        scale = 1 - 1 / 1000
+        code = np.linspace(0, 1, 33)
+        return PredictionModel(
+            channels=("red", "green", "blue"),
+            clusters=("black", "white", "black+white")[:K],
+            pattern=SurfaceModel(
+                scale * np.concatenate([a * r * primaries for a, r in zip(share, reflectance, strict=True)], 1),
+                black * reflectance.mean(),
+            ),
+            white=SurfaceModel(scale * np.concatenate([a * primaries for a in share], 1), black),
+            white_point=D65_XYZ,
+            response=ProjectorResponse((code,) * 3, (code**2.2,) * 3),
+        )
+
+    return make
