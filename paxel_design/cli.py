@@ -77,15 +77,12 @@ def new(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json: 
 
     Example:  paxel new my-show --set pattern.dot_size_mm=0.5
     """
-    from paxel_runtime.settings import make_settings, settings_to_toml
-    from paxel_runtime.storage import write_text
+    from paxel_runtime.installation import Installation
+    from paxel_runtime.settings import make_settings
 
     settings = make_settings(preset, _overrides(set))
+    Installation.create(dir, settings)
     path = dir / "paxel.toml"
-    if path.exists():
-        raise UsageError(f"{path} exists already; edit it, or choose another folder")
-    dir.mkdir(parents=True, exist_ok=True)
-    write_text(path, settings_to_toml(settings))
     _report(
         as_json, {"paxel_toml": str(path), "settings": settings.values()}, f"wrote {path}; next: paxel pattern {dir}"
     )

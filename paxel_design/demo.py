@@ -15,22 +15,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from paxel_design.contact_sheet import demo_sheet
+from paxel_design.contact_sheet import EffectTiles, SurfaceTiles, demo_sheet
+from paxel_design.printing.preview import pattern_detail
 from paxel_design.stages.gamut import make_gamut
 from paxel_design.stages.print_sheet import make_print
 from paxel_design.stages.projection import make_previews, make_projection_stage
 from paxel_runtime.acquisition import capture
-from paxel_runtime.clustering import label_picture
 from paxel_runtime.errors import UsageError
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
 from paxel_runtime.model.effects import DualImage, Effect, Neutralize
 from paxel_runtime.pictures import load_picture
-from paxel_runtime.settings import DEMO_OVERRIDES, make_settings, settings_to_toml
-from paxel_runtime.stages import calibrate, open_devices
-from paxel_runtime.storage import read_image, read_json, read_npz, write_atomically, write_text
+from paxel_runtime.projection import picture_surfaces
+from paxel_runtime.settings import DEMO_OVERRIDES, make_settings
+from paxel_runtime.stages import calibrate, load_pattern, open_devices
+from paxel_runtime.storage import load_model, read_image, read_json, read_npz, write_atomically
 
 __all__ = ["run_demo"]
 
@@ -94,11 +94,7 @@ def _open_or_new(folder: Path, preset: str, overrides: dict[str, Any]) -> Instal
         if overrides and installation.settings != settings:
             raise UsageError(f"{toml} holds other settings than --set asks for; edit it, or choose another folder")
         return installation
-    if folder.exists() and any(folder.iterdir()):
-        raise UsageError(f"{folder} is not empty and holds no paxel.toml; choose another folder")
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(toml, settings_to_toml(settings))
-    return Installation.open(folder)
+    return Installation.create(folder, settings)
 
 
 def _effects() -> list[tuple[Effect, dict[str, Path]]]:
@@ -111,30 +107,48 @@ def _effects() -> list[tuple[Effect, dict[str, Path]]]:
 
 def _contact_sheet(installation: Installation, path: Path) -> None:
     """Collect the pictures of the sheet from the stages' folders."""
-    width, height = installation.settings.projector.resolution
-    projections, previews = installation.folder("projection"), installation.folder("preview")
-    pictures: dict[str, NDArray[np.uint8]] = {
-        "preview of the print": _rgb(read_image(installation.folder("print") / "preview.png")),
-        "nodal image": read_image(installation.folder("calibration") / "nodal.png"),
-        "cluster map": label_picture(
-            read_image(installation.folder("calibration") / "clusters.png"),
-            tuple(read_json(installation.folder("calibration") / "model.json")["clusters"]),
+    settings = installation.settings
+    effects = [_effect_tiles(installation, effect, sources) for effect, sources in _effects()]
+    demo_sheet(
+        path,
+        pattern=pattern_detail(load_pattern(installation)),
+        labels=read_image(installation.folder("calibration") / "clusters.png"),
+        cluster_names=load_model(installation.folder("calibration") / "model.json").clusters,
+        effects=effects,
+        notes=(
+            f"{settings.pattern.layout} at {settings.pattern.angle_deg:g} degrees, dots of "
+            f"{settings.pattern.dot_size_mm:g} mm; projector {settings.projector.resolution[0]} x "
+            f"{settings.projector.resolution[1]} pixels on {settings.projector.width_mm:g} mm; "
+            f"{settings.clusters.count} clusters; virtual bench, {settings.bench.quality}; seen from "
+            f"{settings.viewing.distance_mm / 1000:g} m"
         ),
-    }
-    for effect, sources in _effects():
-        key = effect.key
-        pictures[f"{key}: projection"] = read_image(projections / f"{key}.png")
-        for name, source in sources.items():
-            surface = "pattern" if name == "image" else name.removeprefix("on_")
-            Lab = load_picture(source, width, height, installation.settings.mapping.placement)
-            pictures[f"{key}: source on {surface}"] = _to_uint8(Lab_to_sRGB(Lab))
-        mapped = read_npz(projections / f"{key}.npz")
-        for surface in ("pattern", "white"):
-            pictures[f"{key}: wanted on {surface}"] = _to_uint8(Lab_to_sRGB(mapped[f"Lab_{surface}"]))
-            for suffix in ("", ".auto"):
-                view = read_image(previews / f"{key}.on-{surface}{suffix}.png")
-                pictures[f"{key}: seen on {surface}{suffix}"] = view
-    demo_sheet(path, pictures, _figures(installation, None))
+    )
+
+
+def _effect_tiles(installation: Installation, effect: Effect, sources: dict[str, Path]) -> EffectTiles:
+    """The pictures of one effect; a surface without a picture of its own is one uniform colour."""
+    width, height = installation.settings.projector.resolution
+    mapped = read_npz(installation.folder("projection") / f"{effect.key}.npz")
+    figures = read_json(installation.folder("preview") / f"{effect.key}.json")
+    shown = {surface: name for name, surface in picture_surfaces(effect, "pattern").items()}
+    tiles = {}
+    for surface in ("pattern", "white"):
+        if f"Lab_{surface}" not in mapped:
+            continue
+        wanted = mapped[f"Lab_{surface}"]
+        if surface in shown:
+            wanted = load_picture(sources[shown[surface]], width, height, installation.settings.mapping.placement)
+        view = installation.folder("preview") / f"{effect.key}.on-{surface}"
+        tiles[surface] = SurfaceTiles(
+            source=_to_uint8(Lab_to_sRGB(wanted)),
+            mapped=_to_uint8(Lab_to_sRGB(mapped[f"Lab_{surface}"])),
+            seen=read_image(view.with_name(f"{view.name}.png")),
+            seen_adapted=read_image(view.with_name(f"{view.name}.auto.png")),
+            note=_view_text(figures[f"on_{surface}"]),
+        )
+    projection = read_image(installation.folder("projection") / f"{effect.key}.png")
+    heading = f"{effect.key}: {effect.description}"
+    return EffectTiles(heading, projection, tiles.get("pattern"), tiles.get("white"))
 
 
 def _figures(installation: Installation, seconds: float | None) -> dict[str, Any]:
@@ -187,10 +201,6 @@ def _files(installation: Installation) -> dict[str, str]:
         "projection images": str(path / "projection"),
         "simulated photographs": str(path / "preview"),
     }
-
-
-def _rgb(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    return np.asarray(Image.fromarray(picture).convert("RGB"))
 
 
 def _to_uint8(sRGB: NDArray[np.floating]) -> NDArray[np.uint8]:

@@ -45,6 +45,7 @@ _T, _H, _SLOPE, _NEXT, _CURVE = 59 * LANES, 60 * LANES, 61 * LANES, 62 * LANES, 
 ROWS = 64
 """Rows used here; a caller's own rows start at ``ROWS * LANES``."""
 
+Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
 Sym3: TypeAlias = tuple[float, float, float, float, float, float]
 
@@ -103,12 +104,12 @@ def _times(s: Sym3, v: Vec3) -> Vec3:
 
 
 @njit(**_SIMD)
-def _vec3(w: NDArray[np.float64], row: int) -> Vec3:
+def _vec3(w: Floats, row: int) -> Vec3:
     return w[row], w[row + LANES], w[row + 2 * LANES]
 
 
 @njit(**_SIMD)
-def _sym3(w: NDArray[np.float64], row: int) -> Sym3:
+def _sym3(w: Floats, row: int) -> Sym3:
     return (
         w[row],
         w[row + LANES],
@@ -120,19 +121,14 @@ def _sym3(w: NDArray[np.float64], row: int) -> Sym3:
 
 
 @njit(**_SIMD)
-def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDArray[np.float64]) -> None:
-    """R(nu), Newton's matrix, 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows), in every lane."""
+def _residual(w: Floats, u: Floats, AT: Floats) -> None:
+    """R(nu), 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows)."""
     for lane in range(LANES):
         for s in range(2):
             r = _times(_sym3(w, S + 6 * s * LANES + lane), _vec3(w, NU + 3 * s * LANES + lane))
             res, z = RES + 3 * s * LANES + lane, Z + 3 * s * LANES + lane
             w[res], w[res + LANES], w[res + 2 * LANES] = w[z] - r[0], w[z + LANES] - r[1], w[z + 2 * LANES] - r[2]
         w[REG + lane] = 0.0
-        for i in range(6):
-            w[_M + i * LANES + lane] = w[S + i * LANES + lane]
-            w[_M + (15 + i) * LANES + lane] = w[S + (6 + i) * LANES + lane]
-        for i in range(9):
-            w[_M + (6 + i) * LANES + lane] = 0.0
     for j in range(AT.shape[0]):
         a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
         for lane in range(LANES):
@@ -142,7 +138,6 @@ def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDA
                 + (a3 * w[NU + 3 * LANES + lane] + a4 * w[NU + 4 * LANES + lane] + a5 * w[NU + 5 * LANES + lane])
             )
             x = clip(t)
-            f = 1.0 if x == t else 0.0
             u[j * LANES + lane] = t
             w[REG + lane] += 0.5 * (x - 0.5) * (x - 0.5)
             w[RES + lane] -= a0 * x
@@ -151,6 +146,22 @@ def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDA
             w[RES + 3 * LANES + lane] -= a3 * x
             w[RES + 4 * LANES + lane] -= a4 * x
             w[RES + 5 * LANES + lane] -= a5 * x
+
+
+@njit(**_SIMD)
+def _matrix(w: Floats, u: Floats, AT: Floats) -> None:
+    """Newton's matrix S + A_F A_F^T."""
+    for lane in range(LANES):
+        for i in range(6):
+            w[_M + i * LANES + lane] = w[S + i * LANES + lane]
+            w[_M + (15 + i) * LANES + lane] = w[S + (6 + i) * LANES + lane]
+        for i in range(6, 15):
+            w[_M + i * LANES + lane] = 0.0
+    for j in range(AT.shape[0]):
+        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
+        for lane in range(LANES):
+            t = u[j * LANES + lane]
+            f = 1.0 if t == clip(t) else 0.0
             f0, f1, f2, f3, f4, f5 = f * a0, f * a1, f * a2, f * a3, f * a4, f * a5
             w[_M + lane] += f0 * a0
             w[_M + LANES + lane] += f0 * a1
@@ -176,22 +187,26 @@ def _residual_and_matrix(w: NDArray[np.float64], u: NDArray[np.float64], AT: NDA
 
 
 @njit(**_SIMD)
-def _count_done(w: NDArray[np.float64], tolerance: float) -> float:
+def _count_done(w: Floats, tolerance: float) -> int:
     """Mark the lanes whose residual is down to `tolerance` or to rounding (u carries the rounding of A^T nu)."""
-    done = 0.0
+    done = 0
     for lane in range(LANES):
-        largest, size = 0.0, 0.0
-        for i in range(6):
-            largest = larger(largest, abs(w[RES + i * LANES + lane]))
-            size += abs(w[NU + i * LANES + lane])
-        d = 1.0 if largest <= tolerance + 1e-15 * size else 0.0
-        w[DONE + lane] = d
-        done += d
+        r0, r1, r2 = _vec3(w, RES + lane)
+        r3, r4, r5 = _vec3(w, RES + 3 * LANES + lane)
+        n0, n1, n2 = _vec3(w, NU + lane)
+        n3, n4, n5 = _vec3(w, NU + 3 * LANES + lane)
+        largest = larger(
+            larger(larger(abs(r0), abs(r1)), larger(abs(r2), abs(r3))), larger(abs(r4), abs(r5))
+        )
+        size = abs(n0) + abs(n1) + abs(n2) + abs(n3) + abs(n4) + abs(n5)
+        is_done = largest <= tolerance + 1e-15 * size
+        w[DONE + lane] = 1.0 if is_done else 0.0
+        done += 1 if is_done else 0
     return done
 
 
 @njit(**_SIMD)
-def _direction(w: NDArray[np.float64]) -> None:
+def _direction(w: Floats) -> None:
     """Newton's direction by blocks: (P Q; Q^T T) d = R with the Schur complement of P. Zero in lanes that are done."""
     for lane in range(LANES):
         P = _factor(_sym3(w, _M + lane))
@@ -226,7 +241,7 @@ def _direction(w: NDArray[np.float64]) -> None:
 
 
 @njit(**_SIMD)
-def _crossings(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], AT: NDArray[np.float64]) -> None:
+def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
     """v = A^T d; u becomes the step t at which an input enters the box; the slope of R . d at t = 0 and its own."""
     for lane in range(LANES):
         h, curve = 0.0, 0.0
@@ -251,7 +266,7 @@ def _crossings(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.flo
 
 
 @njit(**_SIMD)
-def _line_search(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.float64], n: int) -> None:
+def _line_search(w: Floats, u: Floats, v: Floats, n: int) -> None:
     """Exact maximum along d, at most the full step: walk over the pieces until the slope changes sign.
 
     Within a piece the slope falls by curve + sum of v^2 over the inputs inside the box; an input enters at u and
@@ -269,7 +284,7 @@ def _line_search(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.f
                 following = enter if enter > t else (leave if leave > t else _FAR)
                 w[_NEXT + lane] = smaller(w[_NEXT + lane], following)
                 w[_SLOPE + lane] += speed * speed if enter <= t and leave > t else 0.0
-        walking = 0.0
+        walking = 0
         for lane in range(LANES):
             t, h, slope, end = w[_T + lane], w[_H + lane], w[_SLOPE + lane], w[_NEXT + lane]
             h_end = h - slope * (end - t)
@@ -277,17 +292,17 @@ def _line_search(w: NDArray[np.float64], u: NDArray[np.float64], v: NDArray[np.f
             root = smaller(t + h / larger(slope, 1e-300), end)
             w[_T + lane] = root if stops else end
             w[_H + lane] = 0.0 if stops else h_end
-            walking += 0.0 if stops else 1.0
-        if walking == 0.0:
+            walking += 0 if stops else 1
+        if walking == 0:
             break
 
 
 @njit(**_KERNEL)
 def qp_steps(
-    w: NDArray[np.float64],
-    u: NDArray[np.float64],
-    v: NDArray[np.float64],
-    AT: NDArray[np.float64],
+    w: Floats,
+    u: Floats,
+    v: Floats,
+    AT: Floats,
     tolerance: float,
     steps: int,
 ) -> int:
@@ -314,15 +329,16 @@ def qp_steps(
         Steps taken.
     """
     for step in range(steps):
-        _residual_and_matrix(w, u, AT)
+        _residual(w, u, AT)
         if _count_done(w, tolerance) == LANES:
             return step
+        _matrix(w, u, AT)
         _direction(w)
         _crossings(w, u, v, AT)
         _line_search(w, u, v, AT.shape[0])
         for lane in range(LANES):
             for i in range(6):
                 w[NU + i * LANES + lane] += w[_T + lane] * w[_D + i * LANES + lane]
-    _residual_and_matrix(w, u, AT)
+    _residual(w, u, AT)
     _count_done(w, tolerance)
     return steps

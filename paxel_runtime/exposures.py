@@ -91,6 +91,7 @@ def plan_geometry(channels: tuple[str, ...], resolution: tuple[int, int]) -> lis
     ]
     full, dark = (1.0,) * len(channels), (0.0,) * len(channels)
     surfaces: tuple[Surface, ...] = ("pattern", "white")
+    levels: tuple[Literal["full", "dark"], ...] = ("full", "dark")
     for surface in surfaces:
         plan += [
             Exposure(f"{surface}-white", surface, "camera", P=(full,)),
@@ -99,7 +100,7 @@ def plan_geometry(channels: tuple[str, ...], resolution: tuple[int, int]) -> lis
         plan += [
             Exposure(exposure_name(surface, level, name, channels), surface, "camera", P=(P,), channel=name)
             for j, name in enumerate(channels)
-            for level, P in (("full", _one_hot(j, len(channels))), ("dark", dark))
+            for level, P in zip(levels, (_one_hot(j, len(channels)), dark), strict=True)
             if (surface, name) != ("pattern", guide)  # these two are frames of its structured light
         ]
     return plan

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from paxel_runtime.errors import InstallationError
-from paxel_runtime.settings import Settings, load_settings
-from paxel_runtime.storage import file_sha256, read_json
+from paxel_runtime.errors import InstallationError, UsageError
+from paxel_runtime.settings import Settings, load_settings, settings_to_toml
+from paxel_runtime.storage import file_sha256, read_json, write_text
 
 __all__ = ["STAGES", "Installation", "Stage", "StageStatus", "stage_status"]
 
@@ -119,6 +119,25 @@ class Installation:
             if not installation.folder(stage.name).exists():
                 installation._clean_up(stage.name)
         return installation
+
+    @staticmethod
+    def create(path: str | os.PathLike[str], settings: Settings) -> Installation:
+        """Start an installation folder: write its paxel.toml.
+
+        Raises
+        ------
+        UsageError
+            If there is a paxel.toml already, or other files.
+        """
+        folder = Path(path)
+        toml = folder / "paxel.toml"
+        if toml.exists():
+            raise UsageError(f"{toml} exists already; edit it, or choose another folder")
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise UsageError(f"{folder} is not empty and holds no paxel.toml; choose another folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(toml, settings_to_toml(settings))
+        return Installation(folder, settings)
 
     def folder(self, stage: str) -> Path:
         """Folder of a stage, whether it exists or not."""

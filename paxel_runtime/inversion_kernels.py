@@ -57,7 +57,10 @@ _REG_HERE = _NU_HERE + 6 * LANES  # 1
 _CHANGE = _REG_HERE + LANES  # 1: change of the objective that the model promises
 _FRESH = _CHANGE + LANES  # 1: 1.0 in a lane that was just filled: its trial point is the wanted colour itself
 _ROUND = _FRESH + LANES  # 1: rounds spent on the pixel
-_SIZE = _ROUND + LANES
+_TAKE = _ROUND + LANES  # 1: 1.0 where the trial point is taken
+_BACK = _TAKE + LANES  # 1: 1.0 where the pixel goes back
+_SIZE = _BACK + LANES
+_NO_VALUE = 1e30
 
 
 @njit(**_KERNEL)
@@ -156,9 +159,9 @@ def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: F
         row = LAB + s * LANES + lane
         w[row], w[row + LANES], w[row + 2 * LANES] = L, a, b
         row = XYZ + TRIAL + s * LANES + lane
-        w[row] = min(max(tx, 0.0), 1.5) * white[0]
-        w[row + LANES] = min(max(ty, 0.0), 1.5) * white[1]
-        w[row + 2 * LANES] = min(max(tz, 0.0), 1.5) * white[2]
+        w[row] = smaller(larger(tx, 0.0), 1.5) * white[0]
+        w[row + LANES] = smaller(larger(ty, 0.0), 1.5) * white[1]
+        w[row + 2 * LANES] = smaller(larger(tz, 0.0), 1.5) * white[2]
     for i in range(6):
         w[NU + i * LANES + lane] = 0.0
     w[MU + lane] = 0.0
@@ -167,33 +170,42 @@ def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: F
 
 
 @njit(**_SIMD)
-def _judge(w: Floats, lane: int) -> None:
-    """Take the trial point or go back, and set the damping: Levenberg and Marquardt's rule on gain / promise."""
-    fresh = w[_FRESH + lane] > 0.0
-    solved = w[DONE + lane] > 0.0
-    change = w[VALUE + TRIAL + lane] - w[VALUE + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
-    promise = w[_CHANGE + lane]
-    better = change < 1e-4 * promise
-    take = fresh or (solved and better)
-    back = solved and not (fresh or better)
-    mu = w[MU + lane]
-    weaker = mu * 0.2 if mu > 1e-3 else 0.0
-    stronger = larger(4.0 * mu, 0.05)
-    judged = stronger if change > 0.25 * promise else (weaker if change < 0.75 * promise else mu)
-    w[MU + lane] = 0.0 if fresh else (judged if solved else mu)
-    for i in range(POINT_ROWS):
-        here, trial = w[POINT + i * LANES + lane], w[POINT + TRIAL + i * LANES + lane]
-        w[POINT + i * LANES + lane] = trial if take else here
-    value = w[VALUE + lane]
-    w[VALUE + lane] = 1e30 if fresh else value  # the wanted colour is no solution: take whatever comes
-    reg_here, reg = w[_REG_HERE + lane], w[REG + lane]
-    w[_REG_HERE + lane] = reg if take else reg_here
-    for i in range(6):
-        here, now = w[_NU_HERE + i * LANES + lane], w[NU + i * LANES + lane]
-        kept = now if take else here
-        w[NU + i * LANES + lane] = kept if back else now
-        w[_NU_HERE + i * LANES + lane] = kept
-    w[_FRESH + lane] = 0.0
+def _choose(w: Floats, row: int, other: int, take: float) -> None:
+    """Three rows: row <- other where `take`. Written out, for a loop over rows would end vectorisation."""
+    h0, h1, h2 = w[row], w[row + LANES], w[row + 2 * LANES]
+    t0, t1, t2 = w[other], w[other + LANES], w[other + 2 * LANES]
+    w[row] = t0 if take > 0.0 else h0
+    w[row + LANES] = t1 if take > 0.0 else h1
+    w[row + 2 * LANES] = t2 if take > 0.0 else h2
+
+
+@njit(**_SIMD)
+def _judge(w: Floats) -> None:
+    """Take the trial points or go back, and set the damping: Levenberg and Marquardt's rule on gain / promise."""
+    for lane in range(LANES):
+        fresh, solved, mu, promise = w[_FRESH + lane], w[DONE + lane], w[MU + lane], w[_CHANGE + lane]
+        change = w[VALUE + TRIAL + lane] - w[VALUE + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+        better = 1.0 if change < 1e-4 * promise else 0.0
+        weaker = mu * 0.2 if mu > 1e-3 else 0.0
+        judged = larger(4.0 * mu, 0.05) if change > 0.25 * promise else mu
+        judged = weaker if change < 0.75 * promise else judged
+        w[MU + lane] = (1.0 - fresh) * (judged if solved > 0.0 else mu)
+        w[_TAKE + lane] = larger(fresh, solved * better)
+        w[_BACK + lane] = (1.0 - fresh) * solved * (1.0 - better)
+    for lane in range(LANES):
+        take, back = w[_TAKE + lane], w[_BACK + lane]
+        for i in range(0, POINT_ROWS - 1, 3):
+            _choose(w, POINT + i * LANES + lane, POINT + TRIAL + i * LANES + lane, take)
+        _choose(w, NU + lane, _NU_HERE + lane, back)
+        _choose(w, NU + 3 * LANES + lane, _NU_HERE + 3 * LANES + lane, back)
+        _choose(w, _NU_HERE + lane, NU + lane, take)
+        _choose(w, _NU_HERE + 3 * LANES + lane, NU + 3 * LANES + lane, take)
+        value, trial, reg_here, reg = w[VALUE + lane], w[VALUE + TRIAL + lane], w[_REG_HERE + lane], w[REG + lane]
+        value = trial if take > 0.0 else value
+        # the wanted colour is no solution: whatever comes next is better
+        w[VALUE + lane] = _NO_VALUE if w[_FRESH + lane] > 0.0 else value
+        w[_REG_HERE + lane] = reg if take > 0.0 else reg_here
+        w[_FRESH + lane] = 0.0
 
 
 @njit(**_KERNEL)
@@ -222,6 +234,8 @@ def newton(
     # what a surface that is not there contributes: S = 1 and z = 0, so its multipliers stay 0
     for i in (0, 3, 5, 6, 9, 11):
         w[S + i * LANES : S + (i + 1) * LANES] = 1.0
+    per_white = (1.0 / white[0], 1.0 / white[1], 1.0 / white[2])
+    black_pattern, black_white = (black[0], black[1], black[2]), (black[3], black[4], black[5])
     pixels = np.full(LANES, -1)
     following, running = 0, 0
     for lane in range(min(LANES, queue.size)):
@@ -233,27 +247,28 @@ def newton(
         _fill(w, lane, Lab, pixels[0], black, white)
     while running > 0:
         for lane in range(LANES):
-            value = expand(w, lane, 0, white, weights[0])
-            if surfaces == 2:
-                value += expand(w, lane, 1, white, weights[1])
-            w[VALUE + TRIAL + lane] = value
-        for lane in range(LANES):
-            _judge(w, lane)
-        for lane in range(LANES):
-            aim_qp(w, lane, 0, black, _DELTA)
+            w[VALUE + TRIAL + lane] = expand(w, lane, 0, per_white, weights[0])
         if surfaces == 2:
             for lane in range(LANES):
-                aim_qp(w, lane, 1, black[3:], _DELTA)
+                w[VALUE + TRIAL + lane] += expand(w, lane, 1, per_white, weights[1])
+        _judge(w)
+        for lane in range(LANES):
+            aim_qp(w, lane, 0, black_pattern, _DELTA)
+        if surfaces == 2:
+            for lane in range(LANES):
+                aim_qp(w, lane, 1, black_white, _DELTA)
         qp_steps(w, u, v, AT, 1e-10, _QP_STEPS)
         for lane in range(LANES):
-            change = model_change(w, lane, 0, black)
-            if surfaces == 2:
-                change += model_change(w, lane, 1, black[3:])
-            w[_CHANGE + lane] = change + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+            w[_CHANGE + lane] = model_change(w, lane, 0, black_pattern) + _DELTA * (
+                w[REG + lane] - w[_REG_HERE + lane]
+            )
             w[_ROUND + lane] += 1.0
+        if surfaces == 2:
+            for lane in range(LANES):
+                w[_CHANGE + lane] += model_change(w, lane, 1, black_white)
         for lane in range(LANES):
             p = pixels[lane]
-            arrived = w[DONE + lane] > 0.0 and w[_CHANGE + lane] > -_CONVERGED and w[VALUE + lane] < 1e30
+            arrived = w[DONE + lane] > 0.0 and w[_CHANGE + lane] > -_CONVERGED and w[VALUE + lane] < _NO_VALUE
             if p < 0 or not (arrived or w[_ROUND + lane] >= _ROUNDS):
                 continue
             _write_x(u, lane, x, p)

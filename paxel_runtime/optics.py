@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 _GAMMA = (1.9, 2.2, 2.5)
-_S_SHARE = (0.30, 0.15, 0.12)
+_S_SHARE = (0.35, 0.20, 0.12)
 _SENSITIVITY_NM = ((602.0, 34.0), (537.0, 41.0), (458.0, 29.0))
 
 
@@ -71,12 +71,12 @@ def _dlp_spectra() -> dict[str, NDArray[np.float64]]:
 def response(P: ArrayLike, channel: int) -> NDArray[np.float64]:
     """Linear intensity x of a device value P (0..1) on the bench's projector; 0 -> 0, 1 -> 1, rising.
 
-    x = (1 - m) P^g + m P^2 (3 - 2 P): a power law with a bit of an S curve, such as picture presets of real projectors
-    add. Exponent g and share m differ by channel, so that no gamma fits, nor one curve for all.
+    x = (1 - m) P^g + m (1 + tanh(4 P - 2) / tanh 2) / 2: a power law with a share of an S curve, such as picture
+    presets of real projectors add. Exponent g and share m differ by channel: no gamma fits, nor one curve for all.
     """
     P = np.asarray(P, np.float64)
     gamma, share = _GAMMA[channel % 3], _S_SHARE[channel % 3]
-    return (1 - share) * P**gamma + share * P**2 * (3 - 2 * P)
+    return (1 - share) * P**gamma + share * 0.5 * (1 + np.tanh(4 * P - 2) / np.tanh(2.0))
 
 
 def response_table(channels: int, bits: int) -> NDArray[np.float32]:

@@ -21,6 +21,7 @@ PIXEL_BLUR_PX = 0.5
 SPLINE_VARIANCE = 1 / 3
 """Variance in fine samples^2 that the sampling itself adds, to be left out of the blur before."""
 
+_BAND = 64
 _GLARE_BLOCK_PX = 32
 _GLARE_SIGMA = 0.08
 
@@ -52,30 +53,32 @@ def _sample_rows(
     field: NDArray[np.float32], nodes: NDArray[np.float64], start: int, picture: NDArray[np.float32]
 ) -> None:
     rows, columns = field.shape
+    x_nodes, y_nodes = np.empty(nodes.shape[1]), np.empty(nodes.shape[1])
+    one, two, three = np.uint32(1), np.uint32(2), np.uint32(3)  # unsigned: no test for indices from the end
     for i in range(picture.shape[0]):
         above = (start + i) // LATTICE_PX
         down = (start + i) / LATTICE_PX - above
+        for k in range(nodes.shape[1]):
+            x_nodes[k] = nodes[above, k, 0] + down * (nodes[above + 1, k, 0] - nodes[above, k, 0])
+            y_nodes[k] = nodes[above, k, 1] + down * (nodes[above + 1, k, 1] - nodes[above, k, 1])
         for column in range(picture.shape[1]):
             left = column // LATTICE_PX
-            right = column / LATTICE_PX - left
-            a, b = (1 - right) * (1 - down), right * (1 - down)
-            c, d = (1 - right) * down, right * down
-            x = a * nodes[above, left, 0] + b * nodes[above, left + 1, 0]
-            x += c * nodes[above + 1, left, 0] + d * nodes[above + 1, left + 1, 0]
-            y = a * nodes[above, left, 1] + b * nodes[above, left + 1, 1]
-            y += c * nodes[above + 1, left, 1] + d * nodes[above + 1, left + 1, 1]
+            right = (column - left * LATTICE_PX) * (1.0 / LATTICE_PX)
+            x = x_nodes[left] + right * (x_nodes[left + 1] - x_nodes[left])
+            y = y_nodes[left] + right * (y_nodes[left + 1] - y_nodes[left])
             if x < 1.0 or y < 1.0 or x >= columns - 2 or y >= rows - 2:
                 picture[i, column] = 0.0
                 continue
-            ix, iy = int(x), int(y)
-            w0, w1, w2, w3 = bspline_weights(x - ix)
-            v0, v1, v2, v3 = bspline_weights(y - iy)
-            r0, r1, r2, r3 = field[iy - 1], field[iy], field[iy + 1], field[iy + 2]
+            ix, iy = np.uint32(x), np.uint32(y)
+            w0, w1, w2, w3 = bspline_weights(np.float32(x - ix))
+            v0, v1, v2, v3 = bspline_weights(np.float32(y - iy))
+            ix, iy = ix - one, iy - one
+            r0, r1, r2, r3 = field[iy], field[iy + one], field[iy + two], field[iy + three]
             picture[i, column] = (
-                v0 * (w0 * r0[ix - 1] + w1 * r0[ix] + w2 * r0[ix + 1] + w3 * r0[ix + 2])
-                + v1 * (w0 * r1[ix - 1] + w1 * r1[ix] + w2 * r1[ix + 1] + w3 * r1[ix + 2])
-                + v2 * (w0 * r2[ix - 1] + w1 * r2[ix] + w2 * r2[ix + 1] + w3 * r2[ix + 2])
-                + v3 * (w0 * r3[ix - 1] + w1 * r3[ix] + w2 * r3[ix + 1] + w3 * r3[ix + 2])
+                w0 * (v0 * r0[ix] + v1 * r1[ix] + v2 * r2[ix] + v3 * r3[ix])
+                + w1 * (v0 * r0[ix + one] + v1 * r1[ix + one] + v2 * r2[ix + one] + v3 * r3[ix + one])
+                + w2 * (v0 * r0[ix + two] + v1 * r1[ix + two] + v2 * r2[ix + two] + v3 * r3[ix + two])
+                + w3 * (v0 * r0[ix + three] + v1 * r1[ix + three] + v2 * r2[ix + three] + v3 * r3[ix + three])
             )
 
 
@@ -104,18 +107,19 @@ def expose(
     Shot noise is Gaussian of the signal's variance: indistinguishable from Poisson's above some 20 electrons, below
     which the read noise is the larger. Raw values have their black level subtracted, so noise below it reads 0.
     """
-    noise = np.empty((0, 0), np.float32)
-    if np.isfinite(full_well_e) or read_noise_e > 0:
-        noise = rng.standard_normal(picture.shape, dtype=np.float32)
     veiling = veil(picture) if glare > 0 else np.zeros((1, 1), np.float32)
     shot = 1.0 / full_well_e
     read = read_noise_e / full_well_e if np.isfinite(full_well_e) else 0.0
     raw = np.empty(picture.shape, np.uint16)
+    generators = rng.spawn(-(-len(picture) // _BAND))
 
     def work(start: int, stop: int) -> None:
-        _expose_rows(picture, veiling, noise, start, stop, glare, shot, read, 2**bits - 1, raw)
+        noise = np.empty((0, 0), np.float32)
+        if shot > 0 or read > 0:
+            noise = generators[start // _BAND].standard_normal((stop - start, picture.shape[1]), dtype=np.float32)
+        _expose_rows(picture, veiling, noise, start, glare, shot, read, 2**bits - 1, raw[start:stop])
 
-    in_bands(work, len(picture), 128)
+    in_bands(work, len(picture), _BAND)
     return raw
 
 
@@ -125,27 +129,36 @@ def _expose_rows(
     veiling: NDArray[np.float32],
     noise: NDArray[np.float32],
     start: int,
-    stop: int,
     glare: float,
     shot: float,
     read: float,
     steps: int,
     raw: NDArray[np.uint16],
 ) -> None:
-    last_j, last_i = veiling.shape[0] - 1, veiling.shape[1] - 1
-    for row in range(start, stop):
-        y = min(max((row + 0.5) / _GLARE_BLOCK_PX - 0.5, 0.0), float(last_j))
-        j = min(int(y), max(last_j - 1, 0))
-        for column in range(picture.shape[1]):
-            signal = picture[row, column]
-            if glare > 0.0:
-                x = min(max((column + 0.5) / _GLARE_BLOCK_PX - 0.5, 0.0), float(last_i))
-                i = min(int(x), max(last_i - 1, 0))
-                top = veiling[j, i] + (x - i) * (veiling[j, min(i + 1, last_i)] - veiling[j, i])
-                below = min(j + 1, last_j)
-                low = veiling[below, i] + (x - i) * (veiling[below, min(i + 1, last_i)] - veiling[below, i])
-                signal = (1.0 - glare) * signal + glare * (top + (y - j) * (low - top))
-            if noise.shape[0]:
-                signal += np.sqrt(max(signal, 0.0) * shot + read * read) * noise[row, column]
-            level = int(min(max(signal, 0.0), 1.0) * steps + 0.5)
-            raw[row, column] = int(level * (65535.0 / steps) + 0.5)
+    width = picture.shape[1]
+    blocks = veiling.shape[1]
+    signal, veil_row = np.empty(width, np.float32), np.empty(blocks, np.float32)
+    shot_, read2 = np.float32(shot), np.float32(read * read)
+    levels, unit = np.float32(steps), np.float32(65535.0 / steps)
+    clear, half, zero, full = np.float32(1.0 - glare), np.float32(0.5), np.float32(0.0), np.float32(1.0)
+    for i in range(raw.shape[0]):
+        source, target = picture[start + i], raw[i]
+        for c in range(width):
+            signal[c] = clear * source[c]
+        if glare > 0.0:
+            y = min(max((start + i + 0.5) / _GLARE_BLOCK_PX - 0.5, 0.0), veiling.shape[0] - 1.0)
+            j = int(y)
+            below = min(j + 1, veiling.shape[0] - 1)
+            for n in range(blocks):
+                veil_row[n] = glare * (veiling[j, n] + (y - j) * (veiling[below, n] - veiling[j, n]))
+            for c in range(width):
+                x = min(max((c + 0.5) / _GLARE_BLOCK_PX - 0.5, 0.0), blocks - 1.0)
+                n = int(x)
+                signal[c] += veil_row[n] + (x - n) * (veil_row[min(n + 1, blocks - 1)] - veil_row[n])
+        if noise.shape[0]:
+            noise_row = noise[i]
+            for c in range(width):
+                signal[c] += np.sqrt(max(signal[c], zero) * shot_ + read2) * noise_row[c]
+        for c in range(width):
+            level = np.int32(min(max(signal[c], zero), full) * levels + half)
+            target[c] = np.uint16(np.int32(level * unit + half))

@@ -48,11 +48,11 @@ class FineGrid(NamedTuple):
         """Inverse of `to_raster`."""
         return (np.asarray(raster, np.float64) + 0.5 + MARGIN_PX) * self.subsamples - 0.5
 
-    def pixel_means(self, field: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Mean over each projector pixel's area of whole pixel rows of a field, (r S, columns) -> (r, width)."""
+    def pixel_means(self, field: NDArray[np.floating] | NDArray[np.integer]) -> NDArray[np.float32]:
+        """Mean of a field on the whole grid over each projector pixel's area: (height, width) float32."""
         s = self.subsamples
-        inner = field[:, MARGIN_PX * s : (MARGIN_PX + self.width) * s]
-        return inner.reshape(len(field) // s, s, self.width, s).mean(axis=(1, 3), dtype=np.float32)
+        inner = field[MARGIN_PX * s : (MARGIN_PX + self.height) * s, MARGIN_PX * s : (MARGIN_PX + self.width) * s]
+        return inner.reshape(self.height, s, self.width, s).mean(axis=(1, 3), dtype=np.float32)
 
 
 def in_bands(work: Callable[[int, int], None], rows: int, band: int) -> None:

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from paxel_runtime.optics_geometry import BenchMaps
-from paxel_runtime.optics_grid import FineGrid, in_bands
+from paxel_runtime.optics_grid import MARGIN_PX, FineGrid, in_bands
 
 __all__ = ["Footprint", "drive", "footprint_adjoint", "fringe", "light_rows", "make_footprint", "spread_columns"]
 
-_BINS = 64
+_BINS = 32
 _REACH_SIGMAS = 4.5
-_RUN_PX = 4
+_RUN = 16
 
 
 def drive(
@@ -128,35 +128,34 @@ def _fringe_rows(
 
 
 class Footprint(NamedTuple):
-    """How pixels of one channel light the fine raster, as separable weights that depend on the place.
+    """How the pixels of one channel light the fine raster: separable weights that depend on the place.
+
+    A sample of pixel i is lit by the pixels i - reach .. i + reach.
 
     Attributes
     ----------
-    weights_x, weights_y : (bins, columns | rows, taps) float32 arrays
-        Weight of each of `taps` neighbouring pixels on a sample, for each bin of blur.
-    first_x, first_y : (columns | rows,) int64 arrays
-        The first of those pixels, in a frame that is padded by `pad` dark pixels on each side.
+    weights_x : (bins, taps, columns) float32 array
+        Weight of each of the 2 reach + 1 pixels on a sample, for each bin of blur.
+    weights_y : (bins, rows, taps) float32 array
     radius2_x, radius2_y : (columns | rows,) float32 arrays
         Squared distance from the optical axis along each axis; their sum is 1 at the corner of the raster.
-    row_radius2 : (H,) float32 array
-        `radius2_y` at the rows of projector pixels.
+    pixel_radius2_y : (H,) float32 array
+        The same at the rows of projector pixels.
     fall_off : float
         Loss of light at the corner.
+    subsamples : int
     pad : int
-    run : int
-        Samples along a row that share one bin of blur.
+        Dark pixels needed on each side of a frame: the raster's rim and the reach.
     """
 
     weights_x: NDArray[np.float32]
     weights_y: NDArray[np.float32]
-    first_x: NDArray[np.int64]
-    first_y: NDArray[np.int64]
     radius2_x: NDArray[np.float32]
     radius2_y: NDArray[np.float32]
-    row_radius2: NDArray[np.float32]
+    pixel_radius2_y: NDArray[np.float32]
     fall_off: float
+    subsamples: int
     pad: int
-    run: int
 
 
 def make_footprint(
@@ -170,8 +169,9 @@ def make_footprint(
 ) -> Footprint:
     """Footprint of a channel.
 
-    The blur's sigma grows with the square of the distance from the optical axis, from centre to corner, in 64 steps;
-    so does the loss of light. A uniform frame lights the middle with 1.
+    The blur's sigma grows with the square of the distance from the optical axis, from centre to corner, in 32 steps;
+    so does the loss of light, smoothly. A uniform frame lights the middle with 1 (with a ripple of period 1 pixel where
+    the fill factor is below 1).
 
     Parameters
     ----------
@@ -186,38 +186,36 @@ def make_footprint(
     fall_off : float
         Share of the light lost at the corner.
     """
-    bins = _BINS if blur_corner_px != blur_centre_px else 1
-    sigmas = np.linspace(blur_centre_px, blur_corner_px, bins)
-    reach = int(np.ceil(0.5 + np.sqrt(fill_factor) / 2 + _REACH_SIGMAS * sigmas.max()))
-    axes = []
-    for axis, samples in ((0, grid.shape[1]), (1, grid.shape[0])):
-        centre = maps.raster_centre[axis]
-        position = grid.to_raster(np.arange(samples))
-        of_channel = centre + (position - centre) / maps.magnification[channel]
-        nearest = np.floor(of_channel + 0.5)
-        weights = _axis_weights(of_channel - nearest, sigmas, reach, np.sqrt(fill_factor))
-        axes.append((weights, nearest.astype(np.int64), ((position - centre) / maps.radius_px) ** 2))
-    (weights_x, nearest_x, radius2_x), (weights_y, nearest_y, radius2_y) = axes
-    beyond = (nearest_x.min(), nearest_y.min(), grid.width - 1 - nearest_x.max(), grid.height - 1 - nearest_y.max())
-    pad = reach - int(min(beyond))
+    sigmas = np.linspace(blur_centre_px, blur_corner_px, _BINS if blur_corner_px != blur_centre_px else 1)
+    side = np.sqrt(fill_factor)
+    samples = [np.arange(size) for size in grid.shape[::-1]]
+    positions = [grid.to_raster(index) for index in samples]
+    of_channel = [c + (p - c) / maps.magnification[channel] for c, p in zip(maps.raster_centre, positions, strict=True)]
+    shift = max(float(np.abs(own - p).max()) for own, p in zip(of_channel, positions, strict=True))
+    reach = int(np.ceil(0.5 + side / 2 + _REACH_SIGMAS * sigmas.max() + shift))
+    profiles = [
+        _profile(own - (index // grid.subsamples - MARGIN_PX), sigmas, reach, side)
+        for own, index in zip(of_channel, samples, strict=True)
+    ]
+    rows = np.arange(grid.height)
+    radius2_x, radius2_y, pixel_radius2_y = (
+        (((p - c) / maps.radius_px) ** 2).astype(np.float32)
+        for p, c in zip((*positions, rows), maps.raster_centre[[0, 1, 1]], strict=True)
+    )
     return Footprint(
-        weights_x=weights_x,
-        weights_y=weights_y,
-        first_x=nearest_x + pad - reach,
-        first_y=nearest_y + pad - reach,
-        radius2_x=radius2_x.astype(np.float32),
-        radius2_y=radius2_y.astype(np.float32),
-        row_radius2=(((np.arange(grid.height) - maps.raster_centre[1]) / maps.radius_px) ** 2).astype(np.float32),
+        weights_x=np.ascontiguousarray(np.swapaxes(profiles[0], 1, 2)),
+        weights_y=profiles[1],
+        radius2_x=radius2_x,
+        radius2_y=radius2_y,
+        pixel_radius2_y=pixel_radius2_y,
         fall_off=fall_off,
-        pad=pad,
-        run=_RUN_PX * grid.subsamples,
+        subsamples=grid.subsamples,
+        pad=MARGIN_PX + reach,
     )
 
 
-def _axis_weights(
-    offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: int, side: float
-) -> NDArray[np.float32]:
-    """Profile of a pixel of width `side`, blurred, at samples `offset` from the nearest pixel: (bins, samples, taps)."""
+def _profile(offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: int, side: float) -> NDArray[np.float32]:
+    """Blurred box of width `side` of the pixels -reach..reach, at samples `offset` from pixel 0: (bins, samples, taps)."""
     distance = offset[:, None] - np.arange(-reach, reach + 1)
     scale = 1.0 / sigmas[:, None, None]
     weights = (ndtr((distance + side / 2) * scale) - ndtr((distance - side / 2) * scale)) / side
@@ -227,28 +225,46 @@ def _axis_weights(
 def spread_columns(x: NDArray[np.float32], footprint: Footprint) -> NDArray[np.float32]:
     """Light along x: (H, W) intensities -> (H + 2 pad, columns) float32, dark rows above and below."""
     pad = footprint.pad
-    spread = np.zeros((len(x) + 2 * pad, len(footprint.first_x)), np.float32)
-    padded = np.pad(x, ((0, 0), (pad, pad)))
+    spread = np.zeros((len(x) + 2 * pad, len(footprint.radius2_x)), np.float32)
 
     def work(start: int, stop: int) -> None:
-        _spread_columns(padded[start:stop], footprint, start, spread[pad + start : pad + stop])
+        samples = np.repeat(np.pad(x[start:stop], ((0, 0), (pad, pad))), footprint.subsamples, axis=1)
+        _spread_rows(samples, footprint, start, spread[pad + start : pad + stop])
 
     in_bands(work, len(x), 64)
     return spread
 
 
+@njit(cache=True, nogil=True, error_model="numpy")
+def _same_blur(radius2: float, radius2_x: NDArray[np.float32], first: int, bins: int) -> tuple[int, int]:
+    """Bin of blur at sample `first` of a row, and where (a multiple of 16 samples further on) it ends."""
+    bin_ = _blur_bin(radius2 + radius2_x[first], bins)
+    last = first + _RUN
+    while last < radius2_x.shape[0] and _blur_bin(radius2 + radius2_x[last], bins) == bin_:
+        last += _RUN
+    return bin_, min(last, radius2_x.shape[0])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _blur_bin(radius2: float, bins: int) -> int:
+    return min(int(radius2 * (bins - 1) + 0.5), bins - 1)
+
+
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _spread_columns(padded: NDArray[np.float32], f: Footprint, start: int, spread: NDArray[np.float32]) -> None:
-    bins, columns, taps = f.weights_x.shape
-    for row in range(padded.shape[0]):
-        for c in range(columns):
-            r2 = f.row_radius2[start + row] + f.radius2_x[c // f.run * f.run]
-            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
-            total = np.float32(0.0)
-            first = f.first_x[c]
+def _spread_rows(samples: NDArray[np.float32], f: Footprint, start: int, spread: NDArray[np.float32]) -> None:
+    """`samples` holds every padded pixel `subsamples` times, so that neighbours lie that many samples apart."""
+    bins, taps, columns = f.weights_x.shape
+    for row in range(spread.shape[0]):
+        first = 0
+        while first < columns:
+            bin_, last = _same_blur(f.pixel_radius2_y[start + row], f.radius2_x, first, bins)
+            part = spread[row, first:last]
             for t in range(taps):
-                total += f.weights_x[bin_, c, t] * padded[row, first + t]
-            spread[row, c] = total
+                weights = f.weights_x[bin_, t, first:last]
+                source = samples[row, first + t * f.subsamples : last + t * f.subsamples]
+                for k in range(part.shape[0]):
+                    part[k] += weights[k] * source[k]
+            first = last
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
@@ -262,19 +278,20 @@ def light_rows(spread: NDArray[np.float32], f: Footprint, start: int, light: NDA
         line[:] = 0.0
         if row < 0 or row >= rows:
             continue
-        for c in range(0, columns, f.run):
-            r2 = f.radius2_y[row] + f.radius2_x[c]
-            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
-            part = line[c : c + f.run]
+        first = 0
+        while first < columns:
+            bin_, last = _same_blur(f.radius2_y[row], f.radius2_x, first, bins)
+            part = line[first:last]
             for t in range(taps):
                 weight = f.weights_y[bin_, row, t]
-                source = spread[f.first_y[row] + t, c : c + f.run]
+                source = spread[row // f.subsamples + t, first:last]
                 for k in range(part.shape[0]):
                     part[k] += weight * source[k]
+            first = last
         if f.fall_off:
-            loss, centre_loss = np.float32(f.fall_off), np.float32(1.0 - f.fall_off * f.radius2_y[row])
+            loss, centre_light = np.float32(f.fall_off), np.float32(1.0 - f.fall_off * f.radius2_y[row])
             for c in range(columns):
-                line[c] *= centre_loss - loss * f.radius2_x[c]
+                line[c] *= centre_light - loss * f.radius2_x[c]
 
 
 def footprint_adjoint(
@@ -295,22 +312,20 @@ def footprint_adjoint(
 def _adjoint(
     weights: NDArray[np.float64], first_row: int, first_column: int, f: Footprint, padded: NDArray[np.float64]
 ) -> None:
-    bins, _, taps = f.weights_x.shape
+    bins, taps, _ = f.weights_x.shape
     columns = weights.shape[1]
     spread = np.zeros((padded.shape[0], columns))
     for i in range(weights.shape[0]):
         row = first_row + i
         for c in range(columns):
             column = first_column + c
-            fall = 1.0 - f.fall_off * (f.radius2_y[row] + f.radius2_x[column])
-            r2 = f.radius2_y[row] + f.radius2_x[column // f.run * f.run]
-            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            weight = weights[i, c] * (1.0 - f.fall_off * (f.radius2_y[row] + f.radius2_x[column]))
+            bin_ = _blur_bin(f.radius2_y[row] + f.radius2_x[column // _RUN * _RUN], bins)
             for t in range(taps):
-                spread[f.first_y[row] + t, c] += f.weights_y[bin_, row, t] * fall * weights[i, c]
+                spread[row // f.subsamples + t, c] += f.weights_y[bin_, row, t] * weight
     for row in range(f.pad, padded.shape[0] - f.pad):
         for c in range(columns):
             column = first_column + c
-            r2 = f.row_radius2[row - f.pad] + f.radius2_x[column // f.run * f.run]
-            bin_ = min(int(r2 * (bins - 1) + 0.5), bins - 1)
+            bin_ = _blur_bin(f.pixel_radius2_y[row - f.pad] + f.radius2_x[column // _RUN * _RUN], bins)
             for t in range(taps):
-                padded[row, f.first_x[column] + t] += f.weights_x[bin_, column, t] * spread[row, c]
+                padded[row, column // f.subsamples + t] += f.weights_x[bin_, t, column] * spread[row, c]

@@ -16,7 +16,9 @@ from paxel_runtime.optics_light import Footprint, light_rows, spread_columns
 
 __all__ = ["convolve", "convolve_columns", "convolve_rows", "radiance", "scattered_apertures"]
 
-_BAND = 96
+_BAND = 128
+_DIM = 0.01
+_NEGLIGIBLE = 1e-5
 _BYTE = np.float32(1 / 255)
 
 
@@ -46,33 +48,74 @@ def radiance(
     -------
     (planes, rows, columns) float32 array
     """
-    columns = len(footprints[0].first_x)
-    rows = len(footprints[0].first_y)
-    lit = [j for j in range(len(x)) if x[j].any()]
-    spread = [spread_columns(x[j], footprints[j]) for j in lit]
+    rows, columns = coverage.shape[1:]
+    sources = _light_sources(x, footprints, factors)
+    spread = [spread_columns(plane, footprint) for plane, footprint, _ in sources]
+    peaks = np.array([plane.max() for plane, _, _ in sources])
+    of_sources = np.stack([of_source for _, _, of_source in sources], axis=1)
+    plans = [_passages(of_plane, peaks, len(scattering) > 1) for of_plane in of_sources]
     seen = np.empty((len(factors), rows, columns), np.float32)
 
     def work(start: int, stop: int) -> None:
         rim = len(blur) - 1
         wide = rim + len(scattering) - 1
-        light = np.empty((len(lit), stop - start + 2 * wide, columns), np.float32)
-        for j, source in enumerate(spread):
-            light_rows(source, footprints[lit[j]], start - wide, light[j])
+        light = np.empty((len(sources), stop - start + 2 * wide, columns), np.float32)
+        for (_, footprint, _), source, field in zip(sources, spread, light, strict=True):
+            light_rows(source, footprint, start - wide, field)
         inked, field = np.empty_like(light[0]), np.empty_like(light[0])
         leaving = np.empty((stop - start + 2 * rim, columns), np.float32)
-        for plane, of_channels in enumerate(factors[:, lit]):
+        for plane, passages in enumerate(plans):
             leaving[:] = 0.0
-            for k in range(1 + len(coverage)):
-                if not of_channels[:, k].any():
-                    continue
-                _entering(light, coverage, start - wide, of_channels[:, k], inked)
+            for out, into in passages:
+                _entering(light, coverage, start - wide, into, inked)
                 convolve_rows(inked, scattering, field)
-                _leaving(field, scattering, coverage, k - 1, start - rim, leaving)
+                _leaving(field, scattering, coverage, out, start - rim, leaving)
             convolve_rows(leaving, blur, field[: len(leaving)])
             convolve_columns(field[: len(leaving)], blur, seen[plane, start:stop])
 
     in_bands(work, rows, _BAND)
     return seen
+
+
+def _light_sources(
+    x: NDArray[np.float32], footprints: list[Footprint], factors: NDArray[np.float32]
+) -> list[tuple[NDArray[np.float32], Footprint, NDArray[np.float32]]]:
+    """Intensities (H, W), footprint, and factors (planes, 1 + L, 1 + L) of each source of light.
+
+    The channels' own, but dim uniform planes (unlit channels at black level) count as one source, with the footprint
+    of the first: they differ by the ripple and the rim of what is next to nothing.
+    """
+    peaks = [float(plane.max()) for plane in x]
+    dim = [j for j, plane in enumerate(x) if peaks[j] < _DIM * max(peaks) and plane.min() == plane.max()]
+    sources = [(x[j], footprints[j], factors[:, j]) for j in range(len(x)) if j not in dim]
+    if any(peaks[j] for j in dim):
+        glow = np.tensordot(factors[:, dim], np.array(peaks, np.float32)[dim], axes=(1, 0))
+        sources.append((np.ones_like(x[0]), footprints[dim[0]], glow))
+    return sources
+
+
+def _passages(
+    factors: NDArray[np.float32], peaks: NDArray[np.float32], scatters: bool
+) -> list[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    """Rewrite sum_jkl G[j, k, l] a_k [s * (a_l L_j)] with as few convolutions as the spectra ask for.
+
+    Returns pairs (out (D,), into (N, D)), D = 1 + L, for the sum of (out . a) [s * sum_j (into[j] . a) L_j]. The
+    directions `out` are the eigenvectors of sum_j peak_j G_j, without those that hold less than 1e-5 of the light of
+    bare paper, in themselves or with another: one is left where a single primary is lit, within whose narrow band the
+    inks are neutral. Without scattering G is no product of passages and stands as it is.
+    """
+    weighted = factors.astype(np.float64) * peaks[:, None, None]
+    directions = np.eye(weighted.shape[-1])
+    if scatters:
+        directions = np.linalg.eigh(weighted.sum(axis=0))[1]
+        held = np.abs(directions.T @ weighted @ directions).sum(axis=0).max(axis=1)
+        directions = directions[:, held > _NEGLIGIBLE * weighted[:, 0, 0].sum()]
+    into = np.einsum("ko,jkl,ln,mn->ojm", directions, factors, directions, directions)
+    return [
+        (out.astype(np.float32), entering.astype(np.float32))
+        for out, entering in zip(directions.T, into, strict=True)
+        if entering.any()
+    ]
 
 
 def scattered_apertures(
@@ -169,18 +212,16 @@ def _leaving(
     field: NDArray[np.float32],
     kernel: NDArray[np.float32],
     coverage: NDArray[np.uint8],
-    ink: int,
+    factors: NDArray[np.float32],
     start: int,
     leaving: NDArray[np.float32],
 ) -> None:
-    """Add a [s * field] for one ink (-1: the paper, a = 1); `field` was convolved along its rows."""
-    rim, rows = kernel.shape[0] - 1, coverage.shape[1]
-    scattered = np.empty(leaving.shape[1], np.float32)
+    """Add (factors . a) [s * field] on rows from `start` on; `field` was convolved along its rows."""
+    inks, rows = coverage.shape[0], coverage.shape[1]
+    rim = kernel.shape[0] - 1
+    scattered, through = np.empty(leaving.shape[1], np.float32), np.empty(leaving.shape[1], np.float32)
     for i in range(leaving.shape[0]):
-        row, target = start + i, leaving[i]
-        if ink >= 0 and (row < 0 or row >= rows):
-            continue
-        centre = field[i + rim]
+        row, target, centre = start + i, leaving[i], field[i + rim]
         for c in range(scattered.shape[0]):
             scattered[c] = kernel[0] * centre[c]
         for k in range(1, rim + 1):
@@ -188,10 +229,13 @@ def _leaving(
             above, below = field[i + rim - k], field[i + rim + k]
             for c in range(scattered.shape[0]):
                 scattered[c] += weight * (above[c] + below[c])
-        if ink < 0:
-            for c in range(target.shape[0]):
-                target[c] += scattered[c]
-        else:
-            covered = coverage[ink, row]
-            for c in range(target.shape[0]):
-                target[c] += scattered[c] * (covered[c] * _BYTE)
+        through[:] = factors[0]
+        if 0 <= row < rows:
+            for ink in range(inks):
+                weight = factors[ink + 1] * _BYTE
+                if weight != 0.0:
+                    covered = coverage[ink, row]
+                    for c in range(through.shape[0]):
+                        through[c] += weight * covered[c]
+        for c in range(target.shape[0]):
+            target[c] += through[c] * scattered[c]

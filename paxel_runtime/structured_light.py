@@ -46,8 +46,8 @@ _SATURATION = 65400
 """Raw values from here on are saturated: 65535 by contract, with room for a 14-bit camera's 65532."""
 _LEAST_BIT_CONTRAST = 3.0
 """Contrast-to-noise ratio of a bit: a wrong bit needs noise of more than 3 sigma against it."""
-_LEAST_LINE_CONTRAST = 5.0
-"""Of the lines' first harmonic: its phase is then known to 0.25 projector pixels or better."""
+_LEAST_LINE_CONTRAST = 3.0
+"""Of the lines' first harmonic: its phase is then known to 0.4 projector pixels or better."""
 _TOLERANCE_PX = 2.0
 """Lines against Gray code: half a bin of 2 pixels, plus a neighbouring bin's edge moved by ink and noise."""
 _GUIDE_TOLERANCE_PX = 3.0
@@ -290,17 +290,19 @@ def _read_noise(light: NDArray[np.float64], black: NDArray[np.float64], pair_sum
     bright = light > np.percentile(light, 75)
     factor = float(np.median(pair_sum[bright] / np.maximum(light[bright], 1.0))) if bright.any() else 1.0
     difference = (pair_sum - factor * light).ravel()
-    level = (light + 2.0 * black).ravel()
-    order = np.argsort(level, kind="stable")
-    steps = np.diff(np.unique(black + light))
+    # sorted by the mean of both: sorted by either one, a class would be biased by the noise that put a pixel in it
+    level = (0.5 * (pair_sum + light) + 2.0 * black).ravel()
+    steps = np.diff(np.unique(black))
     rounding = float(steps.min()) ** 2 / 12.0 if steps.size else 1.0 / 12.0
-    classes = np.array_split(order, 24)
-    levels = np.array([np.mean(level[k]) for k in classes])
-    # the median deviation, as edges of ink may have moved; rounding to few steps can make it 0
-    variance = np.array([(1.4826 * np.median(np.abs(difference[k]))) ** 2 for k in classes])
-    variance = np.maximum(variance, 4.0 * rounding)
-    rows = np.column_stack([np.full_like(levels, 4.0), 2.0 * np.maximum(levels, 0.0)]) / variance[:, None]
-    (read_variance, gain), _ = nnls(rows, np.ones_like(levels))
+    levels, variances = [], []
+    for members in np.array_split(np.argsort(level, kind="stable"), 24):
+        squares = difference[members] ** 2
+        # trimmed, as edges of ink may have moved; not a median, which few steps of rounding would make 0
+        kept = squares[squares <= 36.0 * max(float(np.median(squares)), 4.0 * rounding)]
+        levels.append(max(float(np.mean(level[members])), 0.0))
+        variances.append(max(float(np.mean(kept)), 4.0 * rounding))
+    rows = np.column_stack([np.full(len(levels), 4.0), 2.0 * np.array(levels)]) / np.array(variances)[:, None]
+    (read_variance, gain), _ = nnls(rows, np.ones(len(levels)))
     return SensorNoise(max(float(read_variance), rounding), float(gain))
 
 
@@ -433,13 +435,14 @@ def _remove_ripple(place: NDArray[np.float32], signal: NDArray[np.float32], reas
     (blur 0.36) or 0.03 (fill factor 0.9), periodic in one projector pixel. It is measured against the local plane of
     the picture, as a smooth function of the place in it (blur grows to the corners).
     """
-    blocks = kernels.ripple_blocks(place, signal, reason, _BLOCK)
-    used = np.argwhere(blocks[..., 2] > 0)
+    ripple, information = _block_ripple(place, signal, reason)
+    used = np.argwhere(information[..., 0, 0] > 0)
     if len(used) < 4:
         return 0.0
     extent = np.maximum(np.array(place.shape) / _BLOCK, 1.0)
     terms = _ripple_terms(2.0 * (used + 0.5) / extent - 1.0)
-    a, b, aa, ab, bb = blocks[used[:, 0], used[:, 1]].T
+    a, b = ripple[used[:, 0], used[:, 1]].T
+    aa, ab, bb = (information[used[:, 0], used[:, 1], i, j] for i, j in ((0, 0), (0, 1), (1, 1)))
     n = terms.shape[1]
     normal = np.zeros((2 * n, 2 * n))
     normal[:n, :n] = terms.T @ (aa[:, None] * terms)
@@ -453,8 +456,34 @@ def _remove_ripple(place: NDArray[np.float32], signal: NDArray[np.float32], reas
     columns = chebyshev.chebvander(2.0 * (np.arange(place.shape[1]) + 0.5) / place.shape[1] - 1.0, 4)
     cosine = np.zeros((2, 5, 5))
     cosine[:, _DEGREES[:, 0], _DEGREES[:, 1]] = solution
-    amplitude = kernels.subtract_ripple(place, rows @ cosine, columns)
-    return amplitude
+    return kernels.subtract_ripple(place, rows @ cosine, columns)
+
+
+def _block_ripple(
+    place: NDArray[np.float32], signal: NDArray[np.float32], reason: NDArray[np.uint8]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Cosine and sine amplitude in each block, (rows, columns, 2), and their information, (rows, columns, 2, 2).
+
+    In a block the position is a quadratic of the picture's coordinates plus the ripple. The quadratic is eliminated
+    (Schur complement), so that a block in which the two cannot be told apart has no say.
+    """
+    rows, columns = place.shape[0] // _BLOCK, place.shape[1] // _BLOCK
+    solution, cutoff_px = np.zeros((rows * columns, 8)), np.full(rows * columns, np.inf)
+    for _ in range(3):
+        normal, misfit = kernels.ripple_normals(place, signal, reason, _BLOCK, solution, cutoff_px)
+        known = misfit[:, 2] >= _BLOCK**2 / 2
+        normal[~known] = np.eye(9)
+        normal /= normal[:, :1, :1]
+        normal[:, np.arange(8), np.arange(8)] += 1e-9
+        # the misfit is about the solution before: that of the first round, which had none, says nothing
+        rms = np.sqrt(misfit[:, 1] / np.maximum(misfit[:, 0], 1e-30))
+        cutoff_px = np.where(np.any(solution, axis=1), np.maximum(6.0 * rms, 1e-3), np.inf)
+        solution = np.linalg.solve(normal[:, :8, :8], normal[:, :8, 8:])[..., 0]
+    mixed = normal[:, :6, 6:8]
+    rest = normal[:, 6:8, 6:8] - np.swapaxes(mixed, 1, 2) @ np.linalg.solve(normal[:, :6, :6], mixed)
+    variance = np.maximum(rms**2, 1e-10)
+    information = rest * (np.where(known, misfit[:, 2], 0.0) / variance)[:, None, None]
+    return solution[:, 6:].reshape(rows, columns, 2), information.reshape(rows, columns, 2, 2)
 
 
 _DEGREES = np.array([(i, j) for i in range(5) for j in range(5 - i)])

@@ -213,87 +213,73 @@ def fill_near(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
 
 
 @nb.njit(cache=True, parallel=True)
-def ripple_blocks(
-    position: NDArray[np.float32], signal: NDArray[np.float32], reason: NDArray[np.uint8], size: int
-) -> NDArray[np.float64]:
-    """Ripple of period one projector pixel in each block of the picture, by least squares.
+def ripple_normals(
+    position: NDArray[np.float32],
+    signal: NDArray[np.float32],
+    reason: NDArray[np.uint8],
+    size: int,
+    solution: NDArray[np.float64],
+    cutoff_px: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Normal equations, in each block of the picture, of the positions as a quadratic of the place plus a ripple.
 
-    In a block the position is a quadratic of the picture's coordinates plus ``a cos(2 pi u) + b sin(2 pi u)``; the
-    quadratic is eliminated (Schur complement), so that a block in which the two cannot be told apart has no say.
-    Weights are signal^2 times Tukey's, in three rounds.
+    The eight terms are 1, x, y, x^2, x y, y^2 (x, y = -1..1 in the block), cos(2 pi u) and sin(2 pi u) at the measured
+    position u. Weights are signal^2 times Tukey's about `solution`.
+
+    Parameters
+    ----------
+    position, signal, reason : (h, w) arrays
+    size : int
+        Pixels along a block; what is left over at the right and below has no block.
+    solution : (blocks, 8) float64 array
+        Coefficients of the round before; blocks run along the rows.
+    cutoff_px : (blocks,) float64 array
+        Residual from which on a pixel has no weight; inf: all count.
 
     Returns
     -------
-    (rows, columns, 5) float64 array
-        a, b, and their information matrix (aa, ab, bb) in 1/px^2; zeros where a block is too empty.
+    normal : (blocks, 9, 9) float64 array
+        Weighted products of the eight terms and, last, the position less that of the block's first pixel.
+    misfit : (blocks, 3) float64 array
+        Sum of weights, weighted sum of squared residuals, number of pixels.
     """
-    rows, columns = position.shape[0] // size, position.shape[1] // size
-    blocks = np.zeros((rows, columns, 5))
-    for block in nb.prange(rows * columns):
+    columns = position.shape[1] // size
+    normal = np.zeros((solution.shape[0], 9, 9))
+    misfit = np.zeros((solution.shape[0], 3))
+    for block in nb.prange(solution.shape[0]):
         top, left = (block // columns) * size, (block % columns) * size
-        solution = np.zeros(8)
-        scale = math.inf
-        for turn in range(3):
-            normal = np.zeros((8, 8))
-            right = np.zeros(8)
-            terms = np.empty(8)
-            count, weights, misfit, strongest = 0, 0.0, 0.0, 0.0
-            origin = 0.0
-            for i in range(top, top + size):
-                for j in range(left, left + size):
-                    if reason[i, j] == 0:
-                        strongest = max(strongest, float(signal[i, j]))
-                        origin += position[i, j]
-                        count += 1
-            if count < size * size // 2:
-                break
-            origin /= count
-            for i in range(top, top + size):
-                for j in range(left, left + size):
-                    if reason[i, j] != 0:
-                        continue
-                    x = 2.0 * (j - left) / size - 1.0
-                    y = 2.0 * (i - top) / size - 1.0
-                    angle = 2.0 * math.pi * position[i, j]
-                    terms[0], terms[1], terms[2], terms[3] = 1.0, x, y, x * x
-                    terms[4], terms[5], terms[6], terms[7] = x * y, y * y, math.cos(angle), math.sin(angle)
-                    value = position[i, j] - origin
-                    residual = value
-                    for p in range(8):
-                        residual -= solution[p] * terms[p]
-                    weight = (signal[i, j] / strongest) ** 2
-                    if turn > 0:
-                        part = residual / scale
-                        weight *= (1.0 - part * part) ** 2 if abs(part) < 1.0 else 0.0
-                    weights += weight
-                    misfit += weight * residual * residual
-                    for p in range(8):
-                        right[p] += weight * terms[p] * value
-                        for q in range(p + 1):
-                            normal[p, q] += weight * terms[p] * terms[q]
-            for p in range(8):
-                normal[p, p] += 1e-9 * weights
-                for q in range(p):
-                    normal[q, p] = normal[p, q]
-            solution = np.linalg.solve(normal, right)
-            # the first round has no residuals yet: the second has them untrimmed, the third those of the second
-            if turn == 0:
-                scale = 3.0
-            else:
-                scale = max(6.0 * math.sqrt(misfit / weights), 1e-3)
-            if turn == 2:
-                smooth = np.ascontiguousarray(normal[:6, :6])
-                mixed = np.ascontiguousarray(normal[:6, 6:])
-                left_over = normal[6:, 6:] - mixed.T @ np.linalg.solve(smooth, mixed)
-                variance = max(misfit / weights, 1e-10)
-                out = blocks[block // columns, block % columns]
-                out[0], out[1] = solution[6], solution[7]
-                out[2], out[3], out[4] = (
-                    left_over[0, 0] / variance,
-                    left_over[0, 1] / variance,
-                    left_over[1, 1] / variance,
-                )
-    return blocks
+        terms = np.empty(9)
+        origin = math.nan
+        for i in range(top, top + size):
+            for j in range(left, left + size):
+                if reason[i, j] != 0:
+                    continue
+                place = float(position[i, j])
+                if math.isnan(origin):
+                    origin = math.floor(place)
+                x = 2.0 * (j - left) / size - 1.0
+                y = 2.0 * (i - top) / size - 1.0
+                angle = 2.0 * math.pi * (place - origin)
+                terms[0], terms[1], terms[2], terms[3] = 1.0, x, y, x * x
+                terms[4], terms[5], terms[6], terms[7] = x * y, y * y, math.cos(angle), math.sin(angle)
+                terms[8] = place - origin
+                residual = terms[8]
+                for p in range(8):
+                    residual -= solution[block, p] * terms[p]
+                part = (residual / cutoff_px[block]) ** 2
+                if part >= 1.0:
+                    continue
+                weight = (1.0 - part) * (1.0 - part) * float(signal[i, j]) ** 2
+                misfit[block, 0] += weight
+                misfit[block, 1] += weight * residual * residual
+                misfit[block, 2] += 1.0
+                for p in range(9):
+                    for q in range(p + 1):
+                        normal[block, p, q] += weight * terms[p] * terms[q]
+        for p in range(9):
+            for q in range(p):
+                normal[block, q, p] = normal[block, p, q]
+    return normal, misfit
 
 
 @nb.njit(cache=True, parallel=True)

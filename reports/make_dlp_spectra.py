@@ -58,9 +58,7 @@ def main() -> None:
     """Write the table and show how far its white lies from D65 after rounding."""
     wavelengths_nm, table = read_levels(Path(os.environ["PAXEL_DATA"]) / "projector" / "ProPixx.csv")
     spectra = balanced_primaries(wavelengths_nm, table)
-    rows = [
-        f"{nm:.0f}," + ",".join(f"{v:.6e}" for v in row) for nm, row in zip(WAVELENGTHS_NM, spectra, strict=True)
-    ]
+    rows = [f"{nm:.0f}," + ",".join(f"{v:.6e}" for v in row) for nm, row in zip(WAVELENGTHS_NM, spectra, strict=True)]
     TABLE.write_text(HEADER + "\n".join(["wavelength_nm," + ",".join(PRIMARIES), *rows]) + "\n", encoding="utf-8")
     print("white:", spectra_to_XYZ(np.round(spectra, 12).sum(axis=1)), "wanted:", D65_XYZ)
 

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -80,11 +81,12 @@ def test_the_runtime_loads_no_heavy_library(package: str) -> None:
     assert not HEAVY & set(loaded)
 
 
-def test_every_lazy_name_of_the_runtime_is_there() -> None:
-    assert paxel_runtime.__all__ == sorted(paxel_runtime.__all__)
-    assert all(getattr(paxel_runtime, name) is not None for name in paxel_runtime.__all__)
+@pytest.mark.parametrize("package", [paxel_runtime, paxel_design])
+def test_every_lazy_name_is_there(package: ModuleType) -> None:
+    assert package.__all__ == sorted(package.__all__)
+    assert all(getattr(package, name) is not None for name in package.__all__)
     with pytest.raises(AttributeError):
-        _ = paxel_runtime.nothing  # type: ignore[attr-defined]
+        _ = package.nothing
 
 
 def test_the_readme_tells_what_there_is() -> None:

@@ -17,14 +17,16 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from paxel_design.gamut.polytopes import hull_surface, polytope
+from paxel_design.gamut.tessellation import edges_of, tessellate
 from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.subgamut import SubGamut
 
-__all__ = ["GamutMesh", "exact_volume", "gamut_mesh", "subgamut_arrays", "subgamut_figures", "tessellate"]
+__all__ = ["GamutMesh", "exact_volume", "gamut_mesh", "subgamut_arrays", "subgamut_figures"]
 
-_WELD = 1e-4
-"""Corners nearer than this in CIELAB are one: ten times the rounding of the 32-bit numbers in a .glb."""
+_WELD = 1e-3
+"""Corners nearer than this in CIELAB are one: far below what is seen, and wide enough that the slivers between them
+keep distinct vertices in the 32-bit numbers of a .glb."""
 
 _MAX_EDGE = 4.0
 """Longest edge of a mesh in CIELAB: the volume of sRGB is then right to 1 part in 25,000."""
@@ -122,91 +124,6 @@ def _welded(XYZ: NDArray[np.float64], white_point: NDArray[np.float64]) -> NDArr
     return XYZ[first]
 
 
-def tessellate(
-    XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: NDArray[np.float64], max_edge: float
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Split the edges of flat triangles in XYZ until none is longer than `max_edge` in CIELAB.
-
-    Parameters
-    ----------
-    XYZ : (v, 3) float64 array
-    faces : (f, 3) int64 array
-    white_point : (3,) float64 array
-    max_edge : float
-
-    Returns
-    -------
-    XYZ : (V, 3) float64 array
-        The given points first.
-    faces : (F, 3) int64 array
-        Wound as given.
-    """
-    while True:
-        ends, edge_of = _edges(faces, len(XYZ))
-        Lab = _Lab(XYZ, white_point)
-        long = np.linalg.norm(Lab[ends[:, 0]] - Lab[ends[:, 1]], axis=1) > max_edge
-        if not np.any(long):
-            return XYZ, faces
-        middle = np.where(long, len(XYZ) + np.cumsum(long) - 1, -1)
-        XYZ = np.concatenate((XYZ, _perceptual_middle(XYZ[ends[long, 0]], XYZ[ends[long, 1]], white_point)))
-        faces = _split(faces, middle[edge_of], _Lab(XYZ, white_point))
-
-
-def _edges(faces: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
-    """The edges as pairs of vertices (E, 2), and of each face its edges 0-1, 1-2, 2-0 (F, 3)."""
-    halves = np.sort(np.stack((faces, np.roll(faces, -1, axis=1)), axis=-1), axis=-1)
-    keys, edge_of = np.unique(halves[..., 0] * count + halves[..., 1], return_inverse=True)
-    return np.stack(np.divmod(keys, count), axis=-1), edge_of.reshape(faces.shape)
-
-
-def _perceptual_middle(
-    a: NDArray[np.float64], b: NDArray[np.float64], white_point: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The point of each straight line a-b (E, 3) where the cube root of its light is half-way.
-
-    The middle in XYZ would lie far up in CIELAB near black, and cost many more splits.
-    """
-    light = np.stack(((a / white_point).sum(axis=1), (b / white_point).sum(axis=1)))
-    low, high = np.cbrt(np.maximum(light, 0) + 0.01)  # + 0.01: finite slope at black, as CIELAB has
-    difference = high**3 - low**3
-    even = np.abs(difference) < 1e-3 * high**3
-    t = np.where(even, 0.5, (((low + high) / 2) ** 3 - low**3) / np.where(even, 1, difference))
-    return a + t[:, None] * (b - a)
-
-
-def _split(faces: NDArray[np.int64], middle: NDArray[np.int64], Lab: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Triangles (F, 3) cut at the middles (F, 3) of their edges 0-1, 1-2, 2-0; -1 where an edge stays whole."""
-    count = np.sum(middle >= 0, axis=1)
-    pieces = [faces[count == 0]]
-
-    # One middle: turn the triangle so that it is on edge 0-1.
-    (v0, v1, v2), (m, _, _) = _turned(faces, middle, count == 1, lambda cut: np.argmax(cut, axis=1))
-    pieces += [_triangles(v0, m, v2), _triangles(m, v1, v2)]
-
-    # Two middles: the whole edge becomes 2-0; the quadrangle left is cut along its shorter diagonal.
-    (v0, v1, v2), (m, k, _) = _turned(faces, middle, count == 2, lambda cut: (np.argmin(cut, axis=1) + 1) % 3)
-    pieces.append(_triangles(m, v1, k))
-    first = np.linalg.norm(Lab[m] - Lab[v2], axis=1) <= np.linalg.norm(Lab[v0] - Lab[k], axis=1)
-    pieces += [_triangles(v0, m, np.where(first, v2, k)), _triangles(np.where(first, m, v0), k, v2)]
-
-    (v0, v1, v2), (m, k, j) = _turned(faces, middle, count == 3, lambda cut: np.zeros(len(cut), np.intp))
-    pieces += [_triangles(v0, m, j), _triangles(m, v1, k), _triangles(j, k, v2), _triangles(m, k, j)]
-    return np.concatenate(pieces)
-
-
-def _turned(faces: Any, middle: Any, chosen: Any, start: Any) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vertices and middles (3, f) of the chosen faces, turned to begin at the vertex that `start` names."""
-    order = (start(middle[chosen] >= 0)[:, None] + np.arange(3)) % 3
-    return (
-        np.take_along_axis(faces[chosen], order, axis=1).T,
-        np.take_along_axis(middle[chosen], order, axis=1).T,
-    )
-
-
-def _triangles(a: NDArray[np.int64], b: NDArray[np.int64], c: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.stack((a, b, c), axis=1)
-
-
 def _measured(XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: NDArray[np.float64]) -> GamutMesh:
     """The mesh of triangles in XYZ, checked by manifold3d and measured."""
     Lab = _Lab(XYZ, white_point)
@@ -214,7 +131,7 @@ def _measured(XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: N
     if solid.status() != manifold3d.Error.NoError:
         raise GamutError(f"its surface does not close ({solid.status().name})")
     volume, area = _exact_volume_and_area(XYZ[faces], white_point)
-    edges, _ = _edges(faces, len(XYZ))
+    edges, _ = edges_of(faces, len(XYZ))
     graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(len(XYZ), len(XYZ)))
     components = connected_components(graph, directed=False, return_labels=False)
     return GamutMesh(Lab, faces, volume, area, float(solid.volume()), int(components), int(solid.genus()))
@@ -230,9 +147,8 @@ def _exact_volume_and_area(corners: NDArray[np.float64], white_point: NDArray[np
     volume = area = 0.0
     for node in _NODES:
         XYZ = np.einsum("k,fkc->fc", node, corners)
-        normal = np.cross(_Lab_change(XYZ, first, white_point), _Lab_change(XYZ, second, white_point)) / (
-            2 * len(_NODES)
-        )
+        normal = np.cross(_Lab_change(XYZ, first, white_point), _Lab_change(XYZ, second, white_point)) / 2
+        normal /= len(_NODES)
         volume += float(np.sum((_Lab(XYZ, white_point) - middle) * normal)) / 3
         area += float(np.sum(np.linalg.norm(normal, axis=1)))
     return volume, area
@@ -247,7 +163,7 @@ def _Lab_change(
 ) -> NDArray[np.float64]:
     """Derivative of CIELAB at XYZ (f, 3) along directions in XYZ (f, 3) (CIE 15:2018, section 8.2.1)."""
     t = XYZ / white_point
-    slope = np.where(t > (6 / 29) ** 3, np.cbrt(np.maximum(t, 1e-3)) ** -2 / 3, (29 / 6) ** 2 / 3)
+    slope = np.where(t > (6 / 29) ** 3, np.maximum(t, 1e-3) ** (-2 / 3) / 3, (29 / 6) ** 2 / 3)
     x, y, z = (slope * direction / white_point).T
     return np.stack((116 * y, 500 * (x - y), 200 * (y - z)), axis=-1)
 

@@ -22,14 +22,15 @@ __all__ = ["Polytope", "hull_surface", "inscribed_ball", "polytope", "unit_rows"
 _RANK = 1e-9
 """Relative size below which a singular value counts as zero: far below any measurement, far above rounding."""
 
-_VACUOUS = 1e-12
-"""Length below which a row of a section no longer bounds anything."""
-
-_FEASIBLE = 1e-9
-"""How far a row that bounds nothing may be violated by rounding."""
+_VACUOUS = 1e-9
+"""Length below which a row of a section no longer bounds anything, and how far such a row may be violated: rounding
+grows by less than that, and a colour of XYZ below 1 does not notice."""
 
 _FLAT = 1e-8
 """Radius of the largest ball inside below which a set has no interior."""
+
+_EXCESS = 1e-10
+"""How far the largest ball may reach over a row."""
 
 _BLOCK = 1 << 15
 """Hyperplanes solved at once: 8 MB."""
@@ -132,7 +133,7 @@ def unit_rows(
     """
     length = np.linalg.norm(normals, axis=1)
     bounds = length > _VACUOUS
-    if np.any(offsets[~bounds] < -_FEASIBLE):
+    if np.any(offsets[~bounds] < -_VACUOUS):
         raise GamutError("the set is empty: a condition that no colour can change is broken")
     return normals[bounds] / length[bounds, None], offsets[bounds] / length[bounds]
 
@@ -153,25 +154,25 @@ def inscribed_ball(
         The set is looked for in the cube of half-width `reach` about 0.
     """
     d = normals.shape[1]
-    towards = np.concatenate((np.eye(d), -np.eye(d)))
-    rows = np.unique(np.argmax(towards @ normals.T, axis=1))
-    bounds = [(-reach, reach)] * d + [(-reach, reach)]
+    rows = np.unique(np.argmax(np.concatenate((np.eye(d), -np.eye(d))) @ normals.T, axis=1))
     while True:
         result = linprog(
             np.append(np.zeros(d), -1.0),
             A_ub=np.column_stack((normals[rows], np.ones(len(rows)))),
             b_ub=offsets[rows],
-            bounds=bounds,
+            bounds=(-reach, reach),
             method="highs",
         )
         if result.x is None:
             raise GamutError(f"the largest ball inside a set was not found: {result.message}")
         centre, radius = result.x[:-1], float(result.x[-1])
         excess = normals @ centre + radius - offsets
-        new = np.setdiff1d(np.argsort(-excess)[: 10 * d][np.sort(-excess)[: 10 * d] < -1e-9], rows)
-        if not len(new):
+        excess[rows] = -np.inf  # HiGHS keeps its rows to 1e-7 only: never add one twice
+        worst = np.argsort(-excess)[: 10 * d]
+        broken = worst[excess[worst] > _EXCESS]
+        if not len(broken):
             return centre, radius
-        rows = np.union1d(rows, new)
+        rows = np.append(rows, broken)
 
 
 def polytope(normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> Polytope:

@@ -1,29 +1,30 @@
 """A picture of the print sheet for the screen: the whole sheet, and a magnified crop, in the colorants' own colours.
 
 Colours are sRGB of the reflectances under D65, averaged in linear light. Dots too small for a pixel are averaged
-with a wide filter, so that the preview shows no moire that the print has not.
+before they are sampled, so that the preview shows no moire that the print has not.
 """
 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.special import ndtr
 
 from paxel_design.patterns import colorants_of
 from paxel_design.printing.blocks import plan_cell_raster
 from paxel_design.printing.font import font_path
 from paxel_design.printing.sheet import Sheet, pattern_summary, recipe_of, sheet_of
 from paxel_runtime.model.colorimetry import XYZ_to_linear_sRGB, linear_sRGB_to_sRGB, spectra_to_XYZ
-from paxel_runtime.model.pattern import Pattern, colorant_library
+from paxel_runtime.model.pattern import OUTSIDE, Pattern, colorant_library
 
-__all__ = ["Raster", "reflectance_to_linear_sRGB", "render_pattern", "write_preview"]
+__all__ = ["Raster", "pattern_detail", "reflectance_to_linear_sRGB", "render_pattern", "write_preview"]
 
 RGB = tuple[int, int, int]
 
@@ -34,6 +35,9 @@ _GAP_PX = 24
 _TITLE_PX = 22
 _TEXT_PX = 15
 _FURNITURE_OVERSAMPLING = 3
+_SAMPLES_PER_PIXEL = 4
+_RESOLVED_DOT_PX = 2.0
+_REACH_PX = 3  # of the filter beyond the edge of the pattern
 _BACKGROUND: RGB = (58, 58, 58)
 _FOREGROUND: RGB = (235, 235, 235)
 _CROP_FRAME: RGB = (255, 140, 0)
@@ -51,6 +55,13 @@ class Raster:
     def to_px(self, at_mm: tuple[float, float]) -> tuple[float, float]:
         """x right and y down from the upper left corner."""
         return (at_mm[0] - self.left_mm) / self.pixel_mm, (self.top_mm - at_mm[1]) / self.pixel_mm
+
+    def centres_mm(self, fine: int = 1) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """x (1, fine * width) and y (fine * height, 1) of the centres of `fine` x `fine` samples in every pixel."""
+        width, height = self.size_px
+        x_mm = self.left_mm + (np.arange(width * fine) + 0.5) * (self.pixel_mm / fine)
+        y_mm = self.top_mm - (np.arange(height * fine) + 0.5) * (self.pixel_mm / fine)
+        return x_mm[None, :], y_mm[:, None]
 
 
 def write_preview(
@@ -86,11 +97,19 @@ def write_preview(
     pixel_mm = max(width_mm / _SHEET_LIMIT_PX[0], height_mm / _SHEET_LIMIT_PX[1])
     sheet_px = (round(width_mm / pixel_mm), round(height_mm / pixel_mm))
     sheet_raster = Raster(sheet_px, -width_mm / 2, height_mm / 2, pixel_mm)
-    crop_mm = pattern.dot_size_mm * _CROP_DOTS
-    crop_raster = Raster((_CROP_PX, _CROP_PX), -crop_mm / 2, crop_mm / 2, crop_mm / _CROP_PX)
-    board = _compose(pattern, sheet, sheet_raster, crop_raster)
+    board = _compose(pattern, sheet, sheet_raster, _detail_raster(pattern))
     board.save(path, format="PNG")
     return board.size
+
+
+def pattern_detail(pattern: Pattern) -> NDArray[np.uint8]:
+    """The centre of the pattern, 14 dots wide, as a (512, 512, 3) uint8 sRGB picture for pages and posters."""
+    return render_pattern(pattern, _detail_raster(pattern))
+
+
+def _detail_raster(pattern: Pattern) -> Raster:
+    side_mm = pattern.dot_size_mm * _CROP_DOTS
+    return Raster((_CROP_PX, _CROP_PX), -side_mm / 2, side_mm / 2, side_mm / _CROP_PX)
 
 
 def reflectance_to_linear_sRGB(reflectance: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,7 +127,7 @@ def _illuminant_D65() -> NDArray[np.float64]:
 
 
 def _palette_linear_sRGB(pattern: Pattern) -> NDArray[np.float32]:
-    """Colours of the labels, (256, 3): the colorants, and paper outside the pattern (255)."""
+    """Colours of the labels, (256, 3): the colorants, and paper outside the pattern."""
     palette = np.tile(reflectance_to_linear_sRGB(colorant_library()["white"].reflectance), (256, 1))
     for i, colorant in enumerate(colorants_of(pattern.colorants)):
         palette[i] = reflectance_to_linear_sRGB(colorant.reflectance)
@@ -126,29 +145,54 @@ def _to_RGB(linear_sRGB: NDArray[np.floating]) -> RGB:
 
 def render_pattern(pattern: Pattern, raster: Raster) -> NDArray[np.uint8]:
     """The pattern and the paper around it on a raster, (height, width, 3) uint8 sRGB, filtered in linear light."""
-    dot_px = pattern.dot_size_mm / raster.pixel_mm
-    fine = int(np.clip(np.ceil(2.0 / dot_px), 2, 6))
-    sigma_px = 0.4 if dot_px >= 2 else 1.0  # 1.0 leaves 0.7 % of a wave at the raster's limit
-    width, height = raster.size_px
-    margin = 3  # pixels all around, so that the filter sees what lies beyond the raster
-    x_mm = raster.left_mm + (np.arange(-margin * fine, (width + margin) * fine) + 0.5) * (raster.pixel_mm / fine)
-    y_mm = raster.top_mm - (np.arange(-margin * fine, (height + margin) * fine) + 0.5) * (raster.pixel_mm / fine)
-    labels = pattern.label(x_mm[None, :], y_mm[:, None])
     palette = _palette_linear_sRGB(pattern)
-    linear = np.empty((height, width, 3), np.float32)
+    resolved = pattern.dot_size_mm / raster.pixel_mm >= _RESOLVED_DOT_PX
+    return _to_code((_render_resolved if resolved else _render_averaged)(pattern, raster, palette))
+
+
+def _render_resolved(pattern: Pattern, raster: Raster, palette: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Dots that can be seen: the mean of a few samples a pixel."""
+    width, height = raster.size_px
+    fine = _SAMPLES_PER_PIXEL
+    samples = pattern.label(*raster.centres_mm(fine)).reshape(height, fine, width, fine)
+    linear = np.zeros((height, width, 3), np.float32)
+    for label in (*range(len(pattern.colorants)), OUTSIDE):
+        share: NDArray[np.float32] = (samples == label).mean(axis=(1, 3), dtype=np.float32)
+        linear += share[..., None] * palette[label]
+    return linear
+
+
+def _render_averaged(pattern: Pattern, raster: Raster, palette: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Dots too small to be seen: a Gaussian of one pixel, applied to the torus itself, so that nothing can alias."""
+    dot_mm, fine = pattern.dot_size_mm, _SAMPLES_PER_PIXEL
+    rows, columns = pattern.cells.shape
+    upright = replace(pattern, angle_deg=0.0, size_mm=(2 * columns * dot_mm, 2 * rows * dot_mm))
+    torus_raster = Raster((columns, rows), 0.0, rows * dot_mm, dot_mm)
+    torus = palette[upright.label(*torus_raster.centres_mm(fine))[::-1]]
+    sigma = fine * raster.pixel_mm / dot_mm
+    torus = gaussian_filter(torus, (sigma, sigma, 0.0), mode="wrap", truncate=3.0)
+    x_mm, y_mm = raster.centres_mm()
+    angle = np.deg2rad(pattern.angle_deg)
+    c, s = np.cos(angle) * fine / dot_mm, np.sin(angle) * fine / dot_mm
+    at = np.stack((c * y_mm - s * x_mm, c * x_mm + s * y_mm)) - 0.5
+    paper = palette[OUTSIDE]
+    share_x, share_y = (
+        ndtr((v + side_mm / 2) / raster.pixel_mm) - ndtr((v - side_mm / 2) / raster.pixel_mm)
+        for v, side_mm in zip((x_mm, y_mm), pattern.size_mm, strict=True)
+    )
+    linear = np.empty((*at.shape[1:], 3), np.float32)
     for channel in range(3):
-        plane = gaussian_filter(palette[labels, channel], sigma_px * fine, mode="nearest", truncate=3.0)
-        pixels = plane.reshape(height + 2 * margin, fine, width + 2 * margin, fine).mean(axis=(1, 3))
-        linear[..., channel] = pixels[margin:-margin, margin:-margin]
-    return _to_code(linear)
+        colour = map_coordinates(torus[..., channel], at, order=1, mode="grid-wrap")
+        linear[..., channel] = paper[channel] + share_x * share_y * (colour - paper[channel])
+    return linear
 
 
 def _render_sheet(pattern: Pattern, sheet: Sheet, raster: Raster) -> Image.Image:
     """The whole sheet: paper, the pattern on its area, the furniture over both."""
-    image = Image.new("RGB", raster.size_px, _to_RGB(_palette_linear_sRGB(pattern)[255]))
+    image = Image.new("RGB", raster.size_px, _to_RGB(_palette_linear_sRGB(pattern)[OUTSIDE]))
     half_width, half_height = pattern.size_mm[0] / 2, pattern.size_mm[1] / 2
-    left, top = (int(np.floor(v)) - 3 for v in raster.to_px((-half_width, half_height)))  # 3 px: the filter's reach
-    right, bottom = (int(np.ceil(v)) + 3 for v in raster.to_px((half_width, -half_height)))
+    left, top = (int(np.floor(v)) - _REACH_PX for v in raster.to_px((-half_width, half_height)))
+    right, bottom = (int(np.ceil(v)) + _REACH_PX for v in raster.to_px((half_width, -half_height)))
     area = Raster(
         (right - left, bottom - top),
         raster.left_mm + left * raster.pixel_mm,

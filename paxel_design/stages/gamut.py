@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ def _write_gamuts(
     joint = JointGamut(model)
     results: dict[str, Any] = {}
     if effect is None:
-        write_npz(folder / "joint.npz", normals=joint.normals, offsets=joint.offsets, white_point=joint.white_point)
+        write_npz(folder / "joint.npz", normals=joint.normals, offsets=joint.offsets, white_point=model.white_point)
         if model.white is not None:
             report("lightness area", 0, len(wanted))
             results["lightness.json"] = {**lightness_figures(lightness_area(joint)), "inputs": inputs}
@@ -67,7 +68,7 @@ def _write_gamuts(
         mesh = gamut_mesh(gamut)
         write_npz(folder / f"{gamut.file_stem}.npz", **subgamut_arrays(gamut, mesh))
         for suffix in MESH_FORMATS:
-            write_atomically(folder / f"{gamut.file_stem}{suffix}", lambda path, mesh=mesh: write_mesh(mesh, path))
+            write_atomically(folder / f"{gamut.file_stem}{suffix}", partial(write_mesh, mesh))
         record = {**subgamut_figures(gamut, mesh), "text": one.text, "inputs": inputs}
         results[f"{gamut.file_stem}.json"] = record
         write_json(folder / f"{gamut.file_stem}.json", record)

@@ -25,7 +25,7 @@ def make_print(installation: Installation) -> dict[str, Any]:
     """Write the print sheet, its preview and the pattern's description; returns ``pattern.json``."""
     pattern = pattern_of(installation)
     printer = installation.settings.printer
-    how = {"dpi": printer.dpi, "ink_spread_um": printer.ink_spread_um}
+    how: dict[str, Any] = {"dpi": printer.dpi, "ink_spread_um": printer.ink_spread_um}
     with installation.writing("print") as folder:
         write_image(folder / "cells.png", pattern.cells)
         figures = write_pattern_pdf(pattern, folder / "pattern.pdf", **how)

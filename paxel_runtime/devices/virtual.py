@@ -28,7 +28,13 @@ from paxel_runtime.optics import (
     response_table,
 )
 from paxel_runtime.optics_camera import PIXEL_BLUR_PX, SPLINE_VARIANCE, expose, sample_camera
-from paxel_runtime.optics_geometry import camera_to_fine_grid, make_maps, raster_of_channel, raster_to_wall, wall_to_camera
+from paxel_runtime.optics_geometry import (
+    camera_to_fine_grid,
+    make_maps,
+    raster_of_channel,
+    raster_to_wall,
+    wall_to_camera,
+)
 from paxel_runtime.optics_grid import FineGrid, gaussian_kernel
 from paxel_runtime.optics_light import drive, footprint_adjoint, fringe, make_footprint
 from paxel_runtime.optics_paper import radiance, scattered_apertures
@@ -171,7 +177,8 @@ class VirtualBench:
             for j in range(len(setup.channels))
         ]
         step_mm = pitch_mm / self._grid.subsamples
-        self._scattering = gaussian_kernel(q.scattering_mm / step_mm)
+        # Coverage is a mean over each sample, at both passages: its box is a part of the scattering, of variance 1/6.
+        self._scattering = gaussian_kernel(np.sqrt(max((q.scattering_mm / step_mm) ** 2 - 1 / 6, 0.0)))
         camera_variance = (PIXEL_BLUR_PX**2 + 1 / 12) * (self._maps.camera_px_mm / step_mm) ** 2
         self._camera_blur = gaussian_kernel(np.sqrt(max(camera_variance - SPLINE_VARIANCE, 0.0)))
         self._codes_to_x = response_table(len(setup.channels), setup.bits)
@@ -368,14 +375,16 @@ class VirtualBench:
         kl = [(k, l) for k in range(len(pairs)) for l in range(k + 1)]
         if self._quality.scattering_mm > 0:  # G is symmetric, so that the two orders of a pair share one weight
             pairs = pairs + np.swapaxes(pairs, 0, 1) * (1 - np.eye(len(pairs))[..., None, None])
-        reach = max(f.pad for f in self._footprints) + 1
+        reach = self._footprints[0].pad + 1
         rows, columns = (
             slice(max(int(self._grid.to_raster(part.start)) - reach, 0), int(self._grid.to_raster(part.stop)) + reach)
             for part in window
         )
         weights = [
             [
-                footprint_adjoint(pairs[k, l], window[0].start, window[1].start, f, self._setup.resolution)[rows, columns]
+                footprint_adjoint(pairs[k, l], window[0].start, window[1].start, f, self._setup.resolution)[
+                    rows, columns
+                ]
                 for k, l in kl
             ]
             for f in self._footprints
@@ -423,14 +432,9 @@ class BenchTruth:
         """
         bench = self._bench
         grid, pattern = bench._grid, bench._setup.pattern
-        pixel_rows = slice((grid.shape[0] - grid.height * grid.subsamples) // 2, None)
-        layers = [
-            grid.pixel_means(layer[pixel_rows][: grid.height * grid.subsamples].astype(np.float32)) / np.float32(255)
-            for layer in bench._sheets["pattern"].coverage
-        ]
         shares = np.zeros((grid.height, grid.width, len(pattern.colorants) + 1), np.float32)
-        for ink, layer in zip(bench._inks, layers, strict=True):
-            shares[..., ink] = layer
+        for ink, layer in zip(bench._inks, bench._sheets["pattern"].coverage, strict=True):
+            shares[..., ink] = grid.pixel_means(layer) / np.float32(255)
         blank = [i for i in range(len(pattern.colorants)) if i not in bench._inks]
         rest = 1.0 - shares.sum(axis=-1)
         if blank:

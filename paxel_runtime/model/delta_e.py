@@ -116,11 +116,12 @@ def _reciprocal(p: Jet) -> Jet:
 def _chroma_weight(chroma: float) -> tuple[float, float, float]:
     """sqrt(C^7 / (C^7 + 25^7)) with its first and second derivative: the heart of G and of R_C."""
     c2 = chroma * chroma
-    c6 = c2 * c2 * c2
-    q = c6 * chroma / (c6 * chroma + _25_TO_7)
+    c7 = c2 * c2 * c2 * chroma
+    both = 1.0 / (chroma * (c7 + _25_TO_7))  # one division for the two that are needed
+    q, inverse = c7 * chroma * both, (c7 + _25_TO_7) * both
     r = math.sqrt(q)
-    slope = 3.5 * r * (1.0 - q) / chroma
-    return r, slope, slope / chroma * (2.5 - 10.5 * q)
+    slope = 3.5 * r * (1.0 - q) * inverse
+    return r, slope, slope * inverse * (2.5 - 10.5 * q)
 
 
 @njit(**_SIMD)
@@ -203,7 +204,7 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
     cosine = -0.5 if cosine < -0.5 else cosine  # beyond 120 degrees the term is below 2e-10; max() is not SIMD
     sine = s * _C275 - c * _S275
     half_cosine = math.sqrt(0.5 + 0.5 * cosine)
-    w, w1, w2 = 1.0 - half_cosine, 0.25 * sine / half_cosine, 0.25 * half_cosine
+    w = 1.0 - half_cosine
     p = _horner((_Q[9], 0.0, 0.0), w, _Q[8])
     p = _horner(p, w, _Q[7])
     p = _horner(p, w, _Q[6])
@@ -213,8 +214,10 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
     p = _horner(p, w, _Q[2])
     p = _horner(p, w, _Q[1])
     p = _horner(p, w, _Q[0])
-    log_slope = p[1] * w1 / p[0]
-    log_curve = (2.0 * p[2] * w1 * w1 + p[1] * w2) / p[0]
+    both = 1.0 / (half_cosine * p[0])
+    w1, w2, inverse = 0.25 * sine * p[0] * both, 0.25 * half_cosine, half_cosine * both
+    log_slope = p[1] * w1 * inverse
+    log_curve = (2.0 * p[2] * w1 * w1 + p[1] * w2) * inverse
     e = 0.0 if wrapped else p[0] * p[0]
     e = e * e
     e = e * e
@@ -233,8 +236,9 @@ def _chromatic_jet(a1: float, b1: float, a2: float, b2: float) -> Jet:
     # G: how much a* is stretched near gray (Sharma, Eqs. 2-5)
     C1_ab = math.sqrt(a1 * a1 + b1 * b1 + _TINY)
     C2_ab = math.sqrt(a2 * a2 + b2 * b2 + _TINY)
-    u, v = a2 / C2_ab, b2 / C2_ab
-    C_jet = (0.0, 0.5 * u, 0.5 * v, 0.5 * v * v / C2_ab, -0.5 * u * v / C2_ab, 0.5 * u * u / C2_ab)
+    inverse = 1.0 / C2_ab
+    u, v, half = a2 * inverse, b2 * inverse, 0.5 * inverse
+    C_jet = (0.0, 0.5 * u, 0.5 * v, half * v * v, -half * u * v, half * u * u)
     r, r1, r2 = _chroma_weight(0.5 * (C1_ab + C2_ab))
     k = _compose(C_jet, 1.5 - 0.5 * r, -0.5 * r1, -0.5 * r2)
     A1 = _scale(k, a1)
@@ -284,9 +288,10 @@ def _lightness_jet(L1: float, L2: float) -> tuple[float, float, float]:
     # d/dm of m^2 (20 + m^2)^-1/2 is m (40 + m^2) (20 + m^2)^-3/2; S depends on L2 through m = L2 / 2
     S1 = 0.0075 * m * (40.0 + m * m) * root3
     S2 = 0.00375 * ((40.0 + 3.0 * m * m) * root3 - 3.0 * m * m * (40.0 + m * m) * root3 * root * root)
-    x = (L2 - L1) / S
-    x1 = (1.0 - x * S1) / S
-    x2 = -(2.0 * x1 * S1 + x * S2) / S
+    inverse = 1.0 / S
+    x = (L2 - L1) * inverse
+    x1 = (1.0 - x * S1) * inverse
+    x2 = -(2.0 * x1 * S1 + x * S2) * inverse
     return x * x, 2.0 * x * x1, 2.0 * (x1 * x1 + x * x2)
 
 

@@ -144,8 +144,8 @@ def gray_interval(
 ) -> tuple[float, float]:
     """The lowest and highest t with ``normals @ (t gray) <= offsets``; low > high where there is none."""
     slope = normals @ gray
-    # Rows along the axis (both rows of a flat set that holds it) bound nothing, or shut everything out.
-    along = np.abs(slope) <= 1e-12
+    # Rows along the axis (as both rows of a flat set that holds it) bound nothing, or shut everything out.
+    along = np.abs(slope) <= TOLERANCE
     if np.any(offsets[along] < -TOLERANCE):
         return np.inf, -np.inf
     rising, falling = ~along & (slope > 0), ~along & (slope < 0)

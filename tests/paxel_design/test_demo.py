@@ -176,7 +176,7 @@ def test_the_model_predicts_what_the_paper_promises(show: tuple[Installation, di
 def _copy_of_the_start(installation: Installation, folder: Path) -> Installation:
     """paxel.toml and the print of a finished demonstration, at the very smallest size."""
     text = (installation.path / "paxel.toml").read_text(encoding="utf-8")
-    for old, new in (("[480, 270]", "[96, 64]"), ("70.3", "14.06"), ("[1024, 768]", "[220, 160]"), ("= 20.0", "= 8.0")):
+    for old, new in (("[480, 270]", "[96, 64]"), ("70.3", "14.06"), ("[1024, 768]", "[220, 160]"), ("= 20.0", "= 6.0")):
         assert old in text
         text = text.replace(old, new)
     folder.mkdir()

@@ -1,0 +1,220 @@
+"""Registration: one channel's decoded structured light -> the table that says where the camera sees each projector
+pixel, and pictures warped by it (paper: IV-A, *nodal images*; design: section 7).
+
+The table is not the pixels' own measurements (each is pulled by the ink it looks at) but a smooth sheet through all of
+them: a polynomial plus a smooth residual field. Knows nothing of captures, files or how the coordinates were measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numba as nb
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, uniform_filter
+
+from paxel_runtime import registration_fit as fit
+from paxel_runtime.errors import CalibrationError, InputError
+from paxel_runtime.structured_light import REASONS, Decoded
+
+__all__ = ["ChannelRegistration", "fit_registration", "verdict", "warp_to_nodal"]
+
+_SAMPLES = 60_000
+"""Camera pixels of the first fit; the later ones use all."""
+_LEAST_POINTS = 500
+_REACH_PX = 4.0
+"""Projector pixels from the nearest measured one up to which the table is trusted."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelRegistration:
+    """Where the camera sees each projector pixel, in one channel.
+
+    Attributes
+    ----------
+    camera_xy : (H, W, 2) float32 array
+        Camera column and row of each projector pixel's centre; an integer is the centre of a camera pixel. Finite
+        everywhere: holes and what the camera does not see are extrapolated.
+    valid : (H, W) bool array
+        Where the table rests on measurements near by and lies in the camera's picture.
+    figures : dict
+        ``degree`` of the polynomial; ``sigma_px`` of the residual field in projector pixels, None where it has none;
+        ``points``, and ``outliers``, the share of them that is off by a projector pixel or more;
+        ``residual_rms_px``, ``residual_p95_px``, ``residual_max_px`` of the others, in camera pixels, None without
+        any; ``ink_px2``, see `registration_fit.ink_shift`; ``coverage``, share of valid projector pixels.
+    """
+
+    camera_xy: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+    figures: dict[str, float | None]
+
+
+def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0) -> ChannelRegistration:
+    """Fit the lookup table of one channel.
+
+    Named steps: a robust start on a sample (RANSAC homography, Tukey weights x signal^2, the shift by ink), all points
+    gathered on the projector's pixels, degree by cross-validation, residual field of cross-validated width.
+
+    Parameters
+    ----------
+    decoded : Decoded
+    width, height : int
+        Resolution of the projector.
+    seed : int
+        Of the samples and the folds.
+
+    Raises
+    ------
+    CalibrationError
+        If there are too few decoded pixels, or they do not lie on one sheet.
+    """
+    rows, columns = np.nonzero(decoded.reason == 0)
+    if rows.size < _LEAST_POINTS:
+        raise CalibrationError(
+            f"a registration needs at least {_LEAST_POINTS} decoded camera pixels, got {rows.size}: check exposure and "
+            "focus of the structured-light captures"
+        )
+    samples = _draw(decoded, rows, columns, seed)
+    start = fit.fit_start(samples, width, height, seed)
+    points = (decoded.projector_xy, decoded.signal, float(np.median(samples.signal)))
+    sums = fit.gather(*points, start.coefficients, start.ink_px2, start.cutoff_px, width, height)
+    coefficients, degree = fit.choose_degree(sums, start.coefficients, width, height, seed)
+    sums = fit.gather(*points, coefficients, start.ink_px2, start.cutoff_px, width, height)
+    sigma_px = fit.choose_sigma(sums, seed)
+    field = fit.smooth_field(sums, sigma_px)
+    camera_xy = np.moveaxis(fit.polynomial_grid(coefficients, width, height) + field, 0, -1)
+    valid = _supported(sums[3]) & _in_picture(camera_xy, decoded.reason.shape)
+    figures: dict[str, float | None] = {
+        "degree": degree,
+        "sigma_px": sigma_px if math.isfinite(sigma_px) else None,
+        "points": int(rows.size),
+        **_residuals(samples, camera_xy, start.ink_px2),
+        "ink_px2": start.ink_px2,
+        "coverage": float(np.mean(valid)),
+    }
+    return ChannelRegistration(camera_xy.astype(np.float32), valid, figures)
+
+
+def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64], seed: int) -> fit.Samples:
+    """A random choice of decoded camera pixels."""
+    chosen = np.random.default_rng(seed).permutation(rows.size)[:_SAMPLES]
+    rows, columns = rows[chosen], columns[chosen]
+    uv = decoded.projector_xy[rows, columns].astype(np.float64)
+    xy = np.column_stack([columns, rows]).astype(np.float64)
+    signal = decoded.signal[rows, columns].astype(np.float64)
+    return fit.Samples(uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(decoded.signal, rows, columns))
+
+
+def _supported(count: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Projector pixels with measurements within `_REACH_PX`; lone ones (chance survivors in a hole) do not count."""
+    hit = (count > 0).astype(np.float32)
+    density = uniform_filter(hit, 9)
+    usual = float(np.median(density[hit > 0])) if hit.any() else 1.0
+    measured = (hit > 0) & (density > 0.25 * usual)
+    return np.asarray(distance_transform_edt(~measured) <= _REACH_PX)
+
+
+def _in_picture(camera_xy: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    x, y = camera_xy[..., 0], camera_xy[..., 1]
+    return (x >= 0) & (x <= shape[1] - 1) & (y >= 0) & (y <= shape[0] - 1)
+
+
+def _residuals(samples: fit.Samples, camera_xy: NDArray[np.float64], ink_px2: float) -> dict[str, float | None]:
+    """Distances of the sampled points from the table, camera pixels; outliers are those of a projector pixel or more."""
+    table = warp_to_nodal(camera_xy, np.stack([samples.u, samples.v], axis=-1)[None])[0]
+    off = samples.xy + ink_px2 * samples.gradient - table
+    size = np.hypot(off[:, 0], off[:, 1])
+    edge = np.hypot(*np.moveaxis(np.diff(camera_xy, axis=1), -1, 0))
+    near = size[size < np.median(edge)]
+    return {
+        "outliers": 1.0 - near.size / size.size,
+        "residual_rms_px": float(np.sqrt(np.mean(near**2))) if near.size else None,
+        "residual_p95_px": float(np.percentile(near, 95)) if near.size else None,
+        "residual_max_px": float(np.max(near)) if near.size else None,
+    }
+
+
+def warp_to_nodal(picture: NDArray[np.number], camera_xy: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Nodal image: the picture as the projector would see it, bilinear at each projector pixel's centre.
+
+    Parameters
+    ----------
+    picture : (h, w) or (h, w, c) array
+    camera_xy : (H, W, 2) array
+        Camera column and row of each projector pixel.
+
+    Returns
+    -------
+    (H, W) or (H, W, c) float32 array
+        NaN where a place lies outside the picture's pixels (more than half a pixel beyond the outer centres).
+
+    Raises
+    ------
+    InputError
+        If a shape does not fit.
+    """
+    if picture.ndim not in (2, 3) or camera_xy.ndim != 3 or camera_xy.shape[-1] != 2:
+        raise InputError(
+            f"warping needs a picture (h, w) or (h, w, c) and a table (H, W, 2), got {picture.shape} and "
+            f"{camera_xy.shape}"
+        )
+    planes = picture if picture.ndim == 3 else picture[..., None]
+    nodal = _bilinear(np.ascontiguousarray(planes), np.ascontiguousarray(camera_xy))
+    return nodal if picture.ndim == 3 else nodal[..., 0]
+
+
+@nb.njit(cache=True, parallel=True)
+def _bilinear(planes: NDArray[np.number], camera_xy: NDArray[np.floating]) -> NDArray[np.float32]:
+    h, w, channels = planes.shape
+    nodal = np.empty((camera_xy.shape[0], camera_xy.shape[1], channels), np.float32)
+    for row in nb.prange(camera_xy.shape[0]):
+        for column in range(camera_xy.shape[1]):
+            x = float(camera_xy[row, column, 0])
+            y = float(camera_xy[row, column, 1])
+            if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
+                nodal[row, column] = np.nan
+                continue
+            x = min(max(x, 0.0), w - 1.0)
+            y = min(max(y, 0.0), h - 1.0)
+            left = min(int(x), max(w - 2, 0))
+            top = min(int(y), max(h - 2, 0))
+            right = min(left + 1, w - 1)
+            low = min(top + 1, h - 1)
+            fx = x - left
+            fy = y - top
+            for c in range(channels):
+                upper = planes[top, left, c] * (1.0 - fx) + planes[top, right, c] * fx
+                lower = planes[low, left, c] * (1.0 - fx) + planes[low, right, c] * fx
+                nodal[row, column, c] = upper * (1.0 - fy) + lower * fy
+    return nodal
+
+
+def verdict(decoded: Decoded, registration: ChannelRegistration) -> tuple[str, str]:
+    """Is this registration good enough to go on?
+
+    Returns
+    -------
+    (word, reason)
+        "good", "usable" (go on, but a better one is within reach) or "repeat", and why.
+    """
+    figures, counts = registration.figures, decoded.counts
+    seen = max(sum(counts.values()) - counts["too dark"] - counts["outside the frame"], 1)
+    lost = {name: counts[name] / seen for name in REASONS[2:] if name != "outside the frame"}
+    worst = max(lost, key=lambda name: lost[name])
+    residual = figures["residual_rms_px"]
+    scatter = math.inf if residual is None else residual
+    hidden, outliers = 1.0 - (figures["coverage"] or 0.0), figures["outliers"] or 0.0
+    measures = (  # value, above this "usable", above this "repeat", in words
+        (hidden, 0.02, 0.30, f"{hidden:.0%} of the projection has no table entry: hidden or out of view"),
+        (lost["saturated"], 0.01, 0.20, f"{lost['saturated']:.0%} of the lit pixels are saturated: expose less"),
+        (sum(lost.values()), 0.05, 0.40, f"{sum(lost.values()):.0%} of the lit pixels were not decoded: {worst}"),
+        (outliers, 0.05, 0.35, f"{outliers:.0%} of the points are outliers: did something move?"),
+        (scatter, 0.6, 2.0, f"points scatter by {scatter:.2f} camera pixels: check focus and exposure"),
+    )
+    for word, limit in (("repeat", 2), ("usable", 1)):
+        for measure in measures:
+            if measure[0] > (measure[1], measure[2])[limit - 1]:
+                return word, measure[3]
+    return "good", f"points scatter by {scatter:.2f} camera pixels, {1.0 - hidden:.0%} of the projection is covered"
