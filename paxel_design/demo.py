@@ -5,7 +5,6 @@ It only calls the stages that the single commands call, and skips what is up to 
 
 from __future__ import annotations
 
-import resource
 import sys
 import time
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from paxel_design.contact_sheet import EffectTiles, SurfaceTiles, demo_sheet
 from paxel_design.printing.preview import pattern_detail
@@ -30,14 +30,19 @@ from paxel_runtime.pictures import load_picture
 from paxel_runtime.projection import picture_surfaces
 from paxel_runtime.settings import DEMO_OVERRIDES, make_settings
 from paxel_runtime.stages import calibrate, load_pattern, open_devices
-from paxel_runtime.storage import load_model, read_image, read_json, read_npz, write_atomically
+from paxel_runtime.storage import load_model, read_image, read_json, read_npz, write_atomically, write_image
 
 __all__ = ["run_demo"]
 
 Progress = Callable[[str, int, int], None]
 
-PICTURES = {"on_pattern": "astronaut.png", "on_white": "coffee.png", "image": "chelsea.png"}
-"""Photographs inside scikit-image's wheel: an astronaut (NASA), a cup of coffee, a cat (all free to use)."""
+PICTURES = {
+    "on_pattern": ("astronaut.png", (0, 12, 512, 300)),
+    "on_white": ("coffee.png", (0, 20, 600, 358)),
+    "image": ("chelsea.png", (0, 20, 451, 274)),
+}
+"""Photographs inside scikit-image's wheel, all free to use, and the part of each that is shown (left, upper, right,
+lower; 16 : 9): an astronaut (NASA), a cup of coffee, a cat."""
 
 
 def run_demo(
@@ -71,7 +76,8 @@ def run_demo(
         began = time.perf_counter()
         run()
         say(f"{stage}: {time.perf_counter() - began:.1f} s")
-    for effect, pictures in _effects():
+    _write_pictures(installation.path / "pictures")
+    for effect, pictures in _effects(installation):
         began = time.perf_counter()
         _, fresh = make_projection_stage(
             installation, effect, pictures, name=effect.key, shown_on="pattern", progress=progress
@@ -97,18 +103,28 @@ def _open_or_new(folder: Path, preset: str, overrides: dict[str, Any]) -> Instal
     return Installation.create(folder, settings)
 
 
-def _effects() -> list[tuple[Effect, dict[str, Path]]]:
+def _write_pictures(folder: Path) -> None:
+    """Put the source pictures beside the rest, so that the folder explains itself; once, so that nothing gets stale."""
+    folder.mkdir(exist_ok=True)
+    for name, box in PICTURES.values():
+        if not (folder / name).is_file():
+            with (files("skimage") / "data" / name).open("rb") as file, Image.open(file) as image:
+                write_image(folder / name, np.asarray(image.convert("RGB").crop(box)))
+
+
+def _effects(installation: Installation) -> list[tuple[Effect, dict[str, Path]]]:
     """The demonstration's two projections with their pictures."""
-    data = Path(str(files("skimage") / "data"))
+    folder = installation.path / "pictures"
     return [
-        (effect, {name: data / PICTURES[name] for name in effect.pictures}) for effect in (DualImage(), Neutralize())
+        (effect, {name: folder / PICTURES[name][0] for name in effect.pictures})
+        for effect in (DualImage(), Neutralize())
     ]
 
 
 def _contact_sheet(installation: Installation, path: Path) -> None:
     """Collect the pictures of the sheet from the stages' folders."""
     settings = installation.settings
-    effects = [_effect_tiles(installation, effect, sources) for effect, sources in _effects()]
+    effects = [_effect_tiles(installation, effect, sources) for effect, sources in _effects(installation)]
     demo_sheet(
         path,
         pattern=pattern_detail(load_pattern(installation)),
@@ -151,38 +167,38 @@ def _effect_tiles(installation: Installation, effect: Effect, sources: dict[str,
     return EffectTiles(heading, projection, tiles.get("pattern"), tiles.get("white"))
 
 
-def _figures(installation: Installation, seconds: float | None) -> dict[str, Any]:
-    """The figures of the run, for the table and the contact sheet."""
-    calibration = read_json(installation.folder("calibration") / "calibration.json")
-    accuracy = calibration["accuracy"]
+def _figures(installation: Installation, seconds: float) -> dict[str, Any]:
+    """The figures of the run, collected from the stages' records."""
+    accuracy = read_json(installation.folder("calibration") / "accuracy.json")
     lightness = read_json(installation.folder("gamut") / "lightness.json")
     figures: dict[str, Any] = {
-        "bench": accuracy["measured_on"],
-        "prediction error (dE00 mean / 95 % / max)": {
-            surface: " / ".join(f"{accuracy[surface][f'dE00_{k}']:.2f}" for k in ("mean", "p95", "max"))
-            for surface in ("pattern", "white")
-        },
-        "lightness rectangle": {
-            surface: "L* {:.1f} to {:.1f}".format(*lightness["rectangle"][f"L_{surface}"])
-            for surface in ("pattern", "white")
-        },
+        "measured_on": accuracy["measured_on"],
+        "prediction": {surface: accuracy[surface] for surface in ("pattern", "white")},
+        "lightness_rectangle": lightness["rectangle"],
     }
-    for effect, _ in _effects():
+    for effect, _ in _effects(installation):
         projection = read_json(installation.folder("projection") / f"{effect.key}.json")
-        preview = read_json(installation.folder("preview") / f"{effect.key}.json")
+        seen = read_json(installation.folder("preview") / f"{effect.key}.json")
         figures[effect.key] = {
-            "pixels in gamut": f"{100 * projection['pixels_in_gamut']:.2f} %",
-            **{
-                f"seen {key.replace('_', ' ')}": _view_text(preview[key])
-                for key in ("on_pattern", "on_white")
-                if key in preview
-            },
+            "pixels_in_gamut": projection["pixels_in_gamut"],
+            **{f"seen_{key}": seen[key] for key in ("on_pattern", "on_white") if key in seen},
         }
-    if seconds is not None:
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform != "darwin" else 1024**2)
-        size = sum(path.stat().st_size for path in installation.path.rglob("*") if path.is_file())
-        figures |= {"wall time": f"{seconds:.1f} s", "peak memory": f"{peak:.0f} MB", "on disk": f"{size / 1e6:.0f} MB"}
-    return figures
+    bytes_on_disk = sum(path.stat().st_size for path in installation.path.rglob("*") if path.is_file())
+    return figures | {
+        "wall_time_s": round(seconds, 1),
+        "peak_memory_MB": _peak_memory_MB(),
+        "on_disk_MB": round(bytes_on_disk / 1e6),
+    }
+
+
+def _peak_memory_MB() -> int | None:
+    """Largest memory of this process so far; None on a system that does not tell."""
+    try:
+        import resource  # not on Windows
+    except ImportError:
+        return None
+    unit = 1024**2 if sys.platform == "darwin" else 1024
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit)
 
 
 def _view_text(view: dict[str, Any]) -> str:
@@ -194,6 +210,7 @@ def _files(installation: Installation) -> dict[str, str]:
     path = installation.path
     return {
         "contact sheet": str(path / "demo.png"),
+        "source pictures": str(path / "pictures"),
         "print sheet": str(path / "print" / "pattern.pdf"),
         "captures": str(path / "captures"),
         "model": str(path / "calibration" / "model.json"),

@@ -195,9 +195,7 @@ def _count_done(w: Floats, tolerance: float) -> int:
         r3, r4, r5 = _vec3(w, RES + 3 * LANES + lane)
         n0, n1, n2 = _vec3(w, NU + lane)
         n3, n4, n5 = _vec3(w, NU + 3 * LANES + lane)
-        largest = larger(
-            larger(larger(abs(r0), abs(r1)), larger(abs(r2), abs(r3))), larger(abs(r4), abs(r5))
-        )
+        largest = larger(larger(larger(abs(r0), abs(r1)), larger(abs(r2), abs(r3))), larger(abs(r4), abs(r5)))
         size = abs(n0) + abs(n1) + abs(n2) + abs(n3) + abs(n4) + abs(n5)
         is_done = largest <= tolerance + 1e-15 * size
         w[DONE + lane] = 1.0 if is_done else 0.0

@@ -187,7 +187,7 @@ def frame_codes(
     elif exposure.clusters:
         table = np.zeros((256, len(channels)), np.uint16)
         table[: exposure.clusters] = np.rint(np.array(exposure.P) * top)
-        codes[:] = table[labels[exposure.clusters]]
+        codes = np.take(table, labels[exposure.clusters], axis=0)
     else:
         codes[:] = np.rint(np.array(exposure.P[0]) * top).astype(np.uint16)
     return codes

@@ -37,6 +37,7 @@ CAPPED = kernels.CAPPED
 
 STATUS_NAMES = {EXACT: "exact", OPTIMUM: "optimum", CAPPED: "capped"}
 
+_LARGEST_LAB = 1000.0
 _CHUNK = 16384  # pixels: a few MB of work space a thread, some 10 ms of work
 
 
@@ -102,7 +103,7 @@ def invert(
     model : PredictionModel
         The spectral model: A (3, n) on each surface.
     weights : (float, float)
-        Weights of dE00^2 on the pattern and on the white surface, > 0.
+        Weights of dE00^2 on the pattern and on the white surface, > 0; only their ratio matters.
     progress : callable, optional
         Called as ``progress(pixels_done, pixels)`` after each chunk, from the calling thread.
 
@@ -115,8 +116,8 @@ def invert(
     Raises
     ------
     InputError
-        If a picture is not (..., 3) and finite, the two differ in shape, a second picture is asked of a model with one
-        surface, the model is image-based or has no positive white point, or a weight is not positive.
+        If a picture is not (..., 3), empty or not finite, the two differ in shape, a second picture is asked of a
+        model with one surface, the model is image-based or has no positive white point, or a weight is not positive.
     """
     system = _system(model, Lab_white is not None, weights)
     pattern = _picture(Lab_pattern, "Lab_pattern")
@@ -152,11 +153,9 @@ def _invert_chunk(
 ) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.uint8]]:
     """The three stages for a few thousand pixels; x (m, n), dE (surfaces, m), status (m,)."""
     AT, black, white = system.AT, system.black, system.white
-    Lab = np.zeros((len(rows[0]), 6))
+    Lab = np.zeros((len(rows[0]), 6))  # L* = 0 for an absent surface: XYZ = 0, as its zero rows of A give
     for s, picture in enumerate(rows):
         Lab[:, 3 * s : 3 * s + 3] = picture
-    if system.surfaces == 1:
-        Lab[:, 3] = 0.0  # L* = 0 is XYZ = 0, what the absent surface's zero rows give
     x = np.empty((len(Lab), len(AT)))
     status = np.full(len(Lab), kernels.PENDING, np.uint8)
     if system.right_inverse is not None:
@@ -174,11 +173,11 @@ def _invert_chunk(
 
 def _each_chunk(solve: Callable[[slice], int], pixels: int, progress: Callable[[int, int], None] | None) -> None:
     """Run `solve` on every chunk, on as many threads as numba may use; a failure or Ctrl-C drops what is left."""
-    threads = numba.get_num_threads()
+    threads = numba.config.NUMBA_NUM_THREADS
     size = max(min(_CHUNK, -(-pixels // threads)), 1024)
     chunks = [slice(first, min(first + size, pixels)) for first in range(0, pixels, size)]
     done = 0
-    if len(chunks) == 1 or threads == 1:
+    if min(len(chunks), threads) == 1:
         for chunk in chunks:
             done += solve(chunk)
             if progress is not None:
@@ -200,10 +199,13 @@ def _picture(Lab: ArrayLike, name: str) -> NDArray[np.floating]:
         array = array.astype(np.float64, copy=False)
     if array.shape[-1:] != (3,):
         raise InputError(f"invert: {name} must be CIELAB of shape (..., 3), got {array.shape}")
-    if not np.isfinite(array).all():
+    if array.size == 0:
+        raise InputError(f"invert: {name} must hold at least one colour, got {array.shape}")
+    wrong = int(np.count_nonzero(~(np.abs(array) <= _LARGEST_LAB).all(axis=-1)))
+    if wrong:
         raise InputError(
-            f"invert: {name} must be finite, got {int(np.count_nonzero(~np.isfinite(array).all(axis=-1)))} pixels "
-            "with NaN or infinity; fill them before inverting"
+            f"invert: {name} must be finite CIELAB within {_LARGEST_LAB:.0f}, got {wrong} pixels with NaN, infinity or "
+            "larger values; fill them, or convert the picture to CIELAB, before inverting"
         )
     return array
 
@@ -229,8 +231,10 @@ def _system(model: PredictionModel, two: bool, weights: tuple[float, float]) -> 
         black[3 * s : 3 * s + 3] = surface.black
     rows = 3 * len(surfaces)
     # Below 1e-6 of the largest singular value A is singular for measured data, and a linear solve is not exact.
-    full_rank = model.n >= rows and np.linalg.matrix_rank(AT[:, :rows] / white.mean(), rtol=1e-6) == rows
-    inverse = np.zeros((model.n, 6))
-    if full_rank:
+    singular_values = np.linalg.svd(AT[:, :rows], compute_uv=False)
+    inverse = None
+    if model.n >= rows and singular_values[-1] > 1e-6 * singular_values[0]:
+        inverse = np.zeros((model.n, 6))
         inverse[:, :rows] = np.linalg.pinv(AT[:, :rows].T)
-    return _System(len(surfaces), AT, black, white, np.asarray(weights, np.float64), inverse if full_rank else None)
+    share = np.array(weights[: len(surfaces)] + (1.0,) * (2 - len(surfaces)), np.float64)
+    return _System(len(surfaces), AT, black, white, share / share[: len(surfaces)].mean(), inverse)

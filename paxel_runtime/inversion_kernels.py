@@ -113,6 +113,17 @@ def _write_x(u: Floats, lane: int, x: Floats, pixel: int) -> None:
         x[pixel, j] = clip(u[j * LANES + lane])
 
 
+@njit(**_SIMD)
+def _write_best(w: Floats, lane: int, AT: Floats, x: Floats, pixel: int) -> None:
+    """The x of the last accepted point; of the multipliers so far where none was accepted."""
+    row = _NU_HERE if w[VALUE + lane] < _NO_VALUE else NU
+    for j in range(x.shape[1]):
+        t = 0.5
+        for i in range(6):
+            t += AT[j, i] * w[row + i * LANES + lane]
+        x[pixel, j] = clip(t)
+
+
 @njit(**_KERNEL)
 def solve_in_box(
     Lab: Floats, queue: NDArray[np.int64], AT: Floats, black: Floats, white: Floats, x: Floats, status: Labels
@@ -259,9 +270,7 @@ def newton(
                 aim_qp(w, lane, 1, black_white, _DELTA)
         qp_steps(w, u, v, AT, 1e-10, _QP_STEPS)
         for lane in range(LANES):
-            w[_CHANGE + lane] = model_change(w, lane, 0, black_pattern) + _DELTA * (
-                w[REG + lane] - w[_REG_HERE + lane]
-            )
+            w[_CHANGE + lane] = model_change(w, lane, 0, black_pattern) + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
             w[_ROUND + lane] += 1.0
         if surfaces == 2:
             for lane in range(LANES):
@@ -271,7 +280,10 @@ def newton(
             arrived = w[DONE + lane] > 0.0 and w[_CHANGE + lane] > -_CONVERGED and w[VALUE + lane] < _NO_VALUE
             if p < 0 or not (arrived or w[_ROUND + lane] >= _ROUNDS):
                 continue
-            _write_x(u, lane, x, p)
+            if arrived:
+                _write_x(u, lane, x, p)
+            else:
+                _write_best(w, lane, AT, x, p)
             status[p] = OPTIMUM if arrived else CAPPED
             if following < queue.size:
                 pixels[lane] = queue[following]

@@ -103,6 +103,15 @@ def Lab_to_t(L: float, a: float, b: float) -> tuple[float, float, float]:
 
 
 @njit(**_SIMD)
+def _toward_root(z: float, trace: float, minors: float, det: float, slope_floor: float) -> float:
+    """One Newton step on z^3 - trace z^2 + minors z - det; none where the slope is down to rounding."""
+    value = ((z - trace) * z + minors) * z - det
+    slope = (3.0 * z - 2.0 * trace) * z + minors
+    step = value / larger(slope, slope_floor)
+    return z - step if slope > slope_floor else z
+
+
+@njit(**_SIMD)
 def _least_eigenvalue(LL: float, La: float, Lb: float, aa: float, ab: float, bb: float) -> float:
     """A lower bound of the least eigenvalue of a symmetric 3 x 3 matrix, close to it.
 
@@ -111,11 +120,12 @@ def _least_eigenvalue(LL: float, La: float, Lb: float, aa: float, ab: float, bb:
     trace = LL + aa + bb
     minors = LL * aa - La * La + LL * bb - Lb * Lb + aa * bb - ab * ab
     det = LL * (aa * bb - ab * ab) - La * (La * bb - ab * Lb) + Lb * (La * ab - aa * Lb)
+    slope_floor = 1e-10 * (LL * LL + aa * aa + bb * bb + La * La + Lb * Lb + ab * ab) + 1e-200
     z = smaller(LL - abs(La) - abs(Lb), smaller(aa - abs(La) - abs(ab), bb - abs(Lb) - abs(ab)))
-    z -= (((z - trace) * z + minors) * z - det) / larger((3.0 * z - 2.0 * trace) * z + minors, 1e-12)
-    z -= (((z - trace) * z + minors) * z - det) / larger((3.0 * z - 2.0 * trace) * z + minors, 1e-12)
-    z -= (((z - trace) * z + minors) * z - det) / larger((3.0 * z - 2.0 * trace) * z + minors, 1e-12)
-    return z - (((z - trace) * z + minors) * z - det) / larger((3.0 * z - 2.0 * trace) * z + minors, 1e-12)
+    z = _toward_root(z, trace, minors, det, slope_floor)
+    z = _toward_root(z, trace, minors, det, slope_floor)
+    z = _toward_root(z, trace, minors, det, slope_floor)
+    return _toward_root(z, trace, minors, det, slope_floor)
 
 
 @njit(**_SIMD)

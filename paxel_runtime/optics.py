@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.resources import files
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +35,8 @@ __all__ = [
     "response",
     "response_table",
 ]
+
+_Real = TypeVar("_Real", np.float32, np.float64)
 
 _GAMMA = (1.9, 2.2, 2.5)
 _S_SHARE = (0.35, 0.20, 0.12)
@@ -133,7 +136,7 @@ def pair_factors(
     return factors.astype(np.float32)
 
 
-def patch_factors(factors: NDArray[np.float32]) -> NDArray[np.float32]:
+def patch_factors(factors: NDArray[_Real]) -> NDArray[_Real]:
     """`pair_factors` for paper without scattering: light leaves where it entered (Murray-Davies).
 
     Both passages then lie in one point, where one ink decides: the pairs collapse to terms [0, 0] for the paper and

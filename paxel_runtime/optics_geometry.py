@@ -116,9 +116,9 @@ def make_maps(
         radius_px=radius_px,
         distortion=distortion,
         raster_to_wall=to_wall,
-        wall_to_raster=np.linalg.inv(to_wall),
+        wall_to_raster=np.linalg.inv(to_wall).astype(np.float64),
         wall_to_camera=to_camera,
-        camera_to_wall=np.linalg.inv(to_camera),
+        camera_to_wall=np.linalg.inv(to_camera).astype(np.float64),
         camera_frame=np.array([1.0, 0.0, 0.0]),
         wave_mm=np.empty((2, 0, 0)),
         magnification=np.ones(channels),
@@ -164,10 +164,10 @@ def _make_wave(resolution: tuple[int, int], rms_mm: float, correlation_px: float
     rng = np.random.default_rng((seed, 2))
     shape = (int(resolution[1] / _WAVE_STEP_PX) + 8, int(resolution[0] / _WAVE_STEP_PX) + 8)
     fields = np.stack([correlated_noise(shape, correlation_px / _WAVE_STEP_PX, rng) for _ in range(2)])
-    for axis in (1, 2):  # value of the spline at its nodes, to set its rms rather than that of the coefficients
-        smooth = fields if axis == 1 else smooth
-        smooth = (4 * smooth + np.roll(smooth, 1, axis) + np.roll(smooth, -1, axis)) / 6
-    return fields * (rms_mm / smooth.std(axis=(1, 2), keepdims=True))
+    values = fields  # of the spline at its nodes: they, not the coefficients, get the rms
+    for axis in (1, 2):
+        values = (4 * values + np.roll(values, 1, axis) + np.roll(values, -1, axis)) / 6
+    return fields * (rms_mm / values.std(axis=(1, 2), keepdims=True))
 
 
 def raster_to_wall(maps: BenchMaps, uv: NDArray[np.floating]) -> NDArray[np.float64]:

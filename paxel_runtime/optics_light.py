@@ -51,11 +51,12 @@ def drive(
     -------
     (N, H, W) float32 array
     """
+    codes = np.ascontiguousarray(codes)
     x = np.empty((codes.shape[2], *codes.shape[:2]), np.float32)
     sums = np.zeros(len(codes))
 
     def work(start: int, stop: int) -> None:
-        _drive_rows(codes[start:stop], table, cross_talk, black, x[:, start:stop], sums[start:stop])
+        _drive_rows(codes, start, stop, table, float(cross_talk), float(black), x, sums)
 
     in_bands(work, len(codes), 128)
     if dimming:
@@ -66,6 +67,8 @@ def drive(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _drive_rows(
     codes: NDArray[np.unsignedinteger],
+    start: int,
+    stop: int,
     table: NDArray[np.float32],
     cross_talk: float,
     black: float,
@@ -73,7 +76,7 @@ def _drive_rows(
     sums: NDArray[np.float64],
 ) -> None:
     channels = x.shape[0]
-    for row in range(codes.shape[0]):
+    for row in range(start, stop):
         row_sum = 0.0
         for column in range(codes.shape[1]):
             total = 0.0
@@ -99,7 +102,7 @@ def fringe(x: NDArray[np.float32], fraction: float, exponent: float) -> NDArray[
     lit = np.empty_like(x)
 
     def work(start: int, stop: int) -> None:
-        _fringe_rows(x, start, stop, fraction, exponent, lit)
+        _fringe_rows(x, start, stop, float(fraction), float(exponent), lit)
 
     in_bands(work, x.shape[1], 64)
     return lit
@@ -215,7 +218,7 @@ def make_footprint(
 
 
 def _profile(offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: int, side: float) -> NDArray[np.float32]:
-    """Blurred box of width `side` of the pixels -reach..reach, at samples `offset` from pixel 0: (bins, samples, taps)."""
+    """Blurred boxes of width `side` at -reach..reach, seen at samples `offset` from pixel 0: (bins, samples, taps)."""
     distance = offset[:, None] - np.arange(-reach, reach + 1)
     scale = 1.0 / sigmas[:, None, None]
     weights = (ndtr((distance + side / 2) * scale) - ndtr((distance - side / 2) * scale)) / side

@@ -112,8 +112,8 @@ def _passages(
         directions = directions[:, held > _NEGLIGIBLE * weighted[:, 0, 0].sum()]
     into = np.einsum("ko,jkl,ln,mn->ojm", directions, factors, directions, directions)
     return [
-        (out.astype(np.float32), entering.astype(np.float32))
-        for out, entering in zip(directions.T, into, strict=True)
+        (out.astype(np.float32), np.ascontiguousarray(entering, np.float32))
+        for out, entering in zip(directions.T.copy(), into, strict=True)
         if entering.any()
     ]
 

@@ -115,12 +115,15 @@ def ink_coverage(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> NDArray[
     """Share of each fine sample's area that each layer decides, (L, rows, columns), 0..255; the rest is bare paper."""
     coverage = np.empty((len(layers.differs), *grid.shape), np.uint8)
     sides_mm = _projected_sample(layers, maps, grid)
+    reach_mm = layers.spread_mm + sum(sides_mm) / 2 + np.abs(layers.offsets_mm).max(initial=0.0)
+    reach_mm += np.abs(layers.ragged_mm).max(initial=0.0)
     corners_x, corners_y = (np.arange(n + 2 * MARGIN_PX + 1) - MARGIN_PX - 0.5 for n in (grid.width, grid.height))
 
     def work(start: int, stop: int) -> None:
         corners = np.stack(np.meshgrid(corners_x, corners_y[start : stop + 1]), axis=-1)
-        rows = slice(start * grid.subsamples, stop * grid.subsamples)
-        _cover_pixels(raster_to_wall(maps, corners), layers, grid.subsamples, sides_mm, coverage[:, rows])
+        _cover_pixels(
+            raster_to_wall(maps, corners), layers, start, grid.subsamples, sides_mm, float(reach_mm), coverage
+        )
 
     in_bands(work, grid.height + 2 * MARGIN_PX, 16)
     return coverage
@@ -196,25 +199,24 @@ def _ragged_at(x: float, y: float, layers: InkLayers) -> float:
 def _cover_pixels(
     corners_mm: NDArray[np.float64],
     layers: InkLayers,
+    first_pixel: int,
     subsamples: int,
     sides_mm: tuple[float, float],
+    reach_mm: float,
     coverage: NDArray[np.uint8],
 ) -> None:
-    """Fill the samples of whole pixels, whose corners lie at `corners_mm` (rows + 1, columns + 1, 2) on the wall.
+    """Fill the samples of rows of pixels, whose corners lie at `corners_mm` (rows + 1, columns + 1, 2) on the wall.
 
-    Within a pixel the wall is linear: true to 1e-5 mm for the maps of `optics_geometry`.
+    Within a pixel the wall is linear: true to 1e-5 mm for the maps of `optics_geometry`. Farther than `reach_mm` from
+    every edge of a cell nothing moves the ink.
     """
     long_mm, short_mm = sides_mm
     cell_rows, cell_columns = layers.differs.shape[1], layers.differs.shape[2]
-    reach = layers.spread_mm + (long_mm + short_mm) / 2
-    for k in range(len(layers.offsets_mm)):
-        reach = max(reach, layers.spread_mm + (long_mm + short_mm) / 2 + np.abs(layers.offsets_mm[k]).max())
-    if layers.ragged_mm.shape[0]:
-        reach += np.abs(layers.ragged_mm).max()
     c, s = np.cos(layers.angle_rad) / layers.dot_mm, np.sin(layers.angle_rad) / layers.dot_mm
-    for row in range(coverage.shape[1]):
-        v = row // subsamples
-        fy = (row % subsamples + 0.5) / subsamples
+    for i_row in range((corners_mm.shape[0] - 1) * subsamples):
+        row = first_pixel * subsamples + i_row
+        v = i_row // subsamples
+        fy = (i_row % subsamples + 0.5) / subsamples
         for column in range(coverage.shape[2]):
             u = column // subsamples
             fx = (column % subsamples + 0.5) / subsamples
@@ -228,7 +230,7 @@ def _cover_pixels(
             i, j = c * x + s * y, c * y - s * x
             left, low = i - np.floor(i), j - np.floor(j)
             to_edge = layers.dot_mm * min(min(left, 1.0 - left), min(low, 1.0 - low))
-            if to_edge > reach and abs(to_rim) > reach:  # deep inside one cell, or far out on the paper
+            if to_edge > reach_mm and abs(to_rim) > reach_mm:  # deep inside one cell, or far out on the paper
                 cell_row, cell_column = int(np.floor(j)) % cell_rows, int(np.floor(i)) % cell_columns
                 for k in range(coverage.shape[0]):
                     inked = to_rim > 0 and layers.differs[k, cell_row, cell_column] < 256
@@ -242,7 +244,7 @@ def _cover_pixels(
                 bits = layers.differs[k, j_cell % cell_rows, i_cell % cell_columns]
                 depth = -layers.dot_mm * _signed_distance(bits, i - i_cell, j - j_cell)
                 depth = min(depth, min(layers.half_size_mm[0] - abs(px), layers.half_size_mm[1] - abs(py)))
-                if abs(depth) < reach:
+                if abs(depth) < reach_mm:
                     depth += layers.spread_mm + _ragged_at(px + 3.7 * k, py - 5.3 * k, layers)
                 share = min(int(255.0 * _share_inside(depth, long_mm, short_mm) + 0.5), free)
                 coverage[k, row, column] = share

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numba as nb
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, uniform_filter
+from scipy.ndimage import distance_transform_edt, map_coordinates, uniform_filter
 
 from paxel_runtime import registration_fit as fit
 from paxel_runtime.errors import CalibrationError, InputError
@@ -24,6 +24,8 @@ __all__ = ["ChannelRegistration", "fit_registration", "verdict", "warp_to_nodal"
 _SAMPLES = 60_000
 """Camera pixels of the first fit; the later ones use all."""
 _LEAST_POINTS = 500
+_LOOSE = 1.0
+"""Projector pixels that a point may be off the first fit."""
 _REACH_PX = 4.0
 """Projector pixels from the nearest measured one up to which the table is trusted."""
 
@@ -78,23 +80,31 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
         )
     samples = _draw(decoded, rows, columns, seed)
     start = fit.fit_start(samples, width, height, seed)
+    weight = (samples.signal / np.median(samples.signal)) ** 2
     points = (decoded.projector_xy, decoded.signal, float(np.median(samples.signal)))
-    sums = fit.gather(*points, start.coefficients, start.ink_px2, start.cutoff_px, width, height)
-    coefficients, degree = fit.choose_degree(sums, start.coefficients, width, height, seed)
-    sums = fit.gather(*points, coefficients, start.ink_px2, start.cutoff_px, width, height)
+    table = fit.polynomial_grid(start.coefficients, width, height)
+    # what the first polynomial cannot follow is no outlier yet
+    sums, _ = fit.gather(*points, table, start.ink_px2, max(start.cutoff_px, _LOOSE * _pitch(table)))
+    coefficients, sums, degree = fit.choose_degree(sums, start.coefficients, width, height, seed)
     sigma_px = fit.choose_sigma(sums, seed)
-    field = fit.smooth_field(sums, sigma_px)
-    camera_xy = np.moveaxis(fit.polynomial_grid(coefficients, width, height) + field, 0, -1)
-    valid = _supported(sums[3]) & _in_picture(camera_xy, decoded.reason.shape)
+    table = fit.polynomial_grid(coefficients, width, height)
+    table += fit.blocks_to_pixels(fit.smooth_blocks(sums, sigma_px), width, height)
+    residual = _residual(samples, table, start.ink_px2)
+    _, cutoff_px = fit.tukey(residual, weight, np.hypot(*residual.T) < _pitch(table))
+    sums, hit = fit.gather(*points, table, start.ink_px2, cutoff_px)
+    if math.isfinite(sigma_px):
+        table += fit.blocks_to_pixels(fit.smooth_blocks(sums, sigma_px), width, height)
+    camera_xy = np.ascontiguousarray(np.moveaxis(table, 0, -1), np.float32)
+    valid = _supported(hit) & _in_picture(camera_xy, decoded.reason.shape)
     figures: dict[str, float | None] = {
         "degree": degree,
         "sigma_px": sigma_px if math.isfinite(sigma_px) else None,
         "points": int(rows.size),
-        **_residuals(samples, camera_xy, start.ink_px2),
+        **_scatter(_residual(samples, table, start.ink_px2), _pitch(table)),
         "ink_px2": start.ink_px2,
         "coverage": float(np.mean(valid)),
     }
-    return ChannelRegistration(camera_xy.astype(np.float32), valid, figures)
+    return ChannelRegistration(camera_xy, valid, figures)
 
 
 def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64], seed: int) -> fit.Samples:
@@ -107,27 +117,33 @@ def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64],
     return fit.Samples(uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(decoded.signal, rows, columns))
 
 
-def _supported(count: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _pitch(table: NDArray[np.float64]) -> float:
+    """Camera pixels from one projector pixel to the next (median)."""
+    return float(np.median(np.hypot(*np.diff(table, axis=2))))
+
+
+def _supported(hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Projector pixels with measurements within `_REACH_PX`; lone ones (chance survivors in a hole) do not count."""
-    hit = (count > 0).astype(np.float32)
-    density = uniform_filter(hit, 9)
-    usual = float(np.median(density[hit > 0])) if hit.any() else 1.0
-    measured = (hit > 0) & (density > 0.25 * usual)
+    density = uniform_filter(hit.astype(np.float32), 9)
+    measured = hit & (density > 0.25 * float(np.median(density[hit])))
     return np.asarray(distance_transform_edt(~measured) <= _REACH_PX)
 
 
-def _in_picture(camera_xy: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _in_picture(camera_xy: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.bool_]:
     x, y = camera_xy[..., 0], camera_xy[..., 1]
     return (x >= 0) & (x <= shape[1] - 1) & (y >= 0) & (y <= shape[0] - 1)
 
 
-def _residuals(samples: fit.Samples, camera_xy: NDArray[np.float64], ink_px2: float) -> dict[str, float | None]:
-    """Distances of the sampled points from the table, camera pixels; outliers are those of a projector pixel or more."""
-    table = warp_to_nodal(camera_xy, np.stack([samples.u, samples.v], axis=-1)[None])[0]
-    off = samples.xy + ink_px2 * samples.gradient - table
-    size = np.hypot(off[:, 0], off[:, 1])
-    edge = np.hypot(*np.moveaxis(np.diff(camera_xy, axis=1), -1, 0))
-    near = size[size < np.median(edge)]
+def _residual(samples: fit.Samples, table: NDArray[np.float64], ink_px2: float) -> NDArray[np.float64]:
+    """Residuals (n, 2) of the sampled points, camera pixels."""
+    fitted = np.stack([map_coordinates(plane, [samples.v, samples.u], order=1, mode="nearest") for plane in table], -1)
+    return samples.xy + ink_px2 * samples.gradient - fitted
+
+
+def _scatter(residual: NDArray[np.float64], pitch_px: float) -> dict[str, float | None]:
+    """Figures of the residuals; those of a projector pixel or more are outliers."""
+    size = np.hypot(*residual.T)
+    near = size[size < pitch_px]
     return {
         "outliers": 1.0 - near.size / size.size,
         "residual_rms_px": float(np.sqrt(np.mean(near**2))) if near.size else None,

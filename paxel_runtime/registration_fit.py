@@ -1,6 +1,7 @@
-"""The fits behind `registration`: a robust global polynomial and a smooth residual field.
+"""The fits behind `registration`: a robust polynomial over the whole frame, and a smooth residual field.
 
-Projector coordinates (u, v) -> camera coordinates (x, y), from millions of measured pairs. Knows arrays and
+Projector coordinates (u, v) -> camera coordinates (x, y), from millions of measured pairs: the pairs are gathered as
+weighted mean residuals on blocks of the projector's frame, and everything after that is cheap. Knows arrays and
 statistics; must not know captures, channels or files. Camera coordinates are in camera pixels, smoothing widths in
 projector pixels.
 """
@@ -14,29 +15,40 @@ import numba as nb
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.ndimage import correlate1d
+from scipy.sparse import csr_array
 
 from paxel_runtime.errors import CalibrationError
 
 __all__ = [
     "BLOCK",
     "MAX_DEGREE",
+    "RIM",
     "SIGMAS_PX",
     "Samples",
     "Start",
+    "blocks_to_pixels",
     "choose_degree",
     "choose_sigma",
     "fit_start",
     "gather",
     "ink_shift",
     "polynomial_grid",
-    "smooth_field",
+    "smooth_blocks",
+    "tukey",
 ]
 
 BLOCK = 4
-"""Projector pixels along a block; degree and width are chosen on the means of blocks."""
+"""Projector pixels along a block."""
+RIM = 3
+"""Empty blocks around the frame: the residual field runs on over its rim."""
 MAX_DEGREE = 12
-SIGMAS_PX = (4.0, 6.0, 8.0, 11.0, 16.0, 23.0, 32.0, 48.0, math.inf)
+SIGMAS_PX = (4.0, 6.0, 8.0, 11.0, 16.0, 23.0, math.inf)
 """Widths tried for the residual field; 4 at least, as a narrower one would follow the dots of ink; inf: no field."""
+_FIELD_RIDGE = 1e-4
+"""Pulls the field to 0 where the weight of the data near by is below this share of the usual."""
+_BANDS = 4
+"""Bands of the picture gathered side by side: a fixed number, so that sums do not depend on the machine."""
 _FOLDS = 5
 _START_DEGREE = 6
 _TUKEY = 6.0
@@ -124,12 +136,7 @@ def fit_start(samples: Samples, width: int, height: int, seed: int) -> Start:
     for degree in (3, 3, _START_DEGREE, _START_DEGREE, _START_DEGREE, _START_DEGREE):
         terms = _terms(samples.u, samples.v, width, height, degree)
         coefficients, ink_px2 = _fit_with_ink(terms, samples, weight * trust)
-        residual = samples.xy + ink_px2 * samples.gradient - terms @ coefficients
-        size = np.hypot(residual[:, 0], residual[:, 1])
-        # the median of a two-dimensional normal distribution's radius is 1.1774 sigma
-        scale = max(_weighted_median(size, weight * (trust > 0)) / 1.1774, _LEAST_SCALE_PX)
-        cutoff_px = _TUKEY * scale
-        trust = np.where(size < cutoff_px, (1.0 - (size / cutoff_px) ** 2) ** 2, 0.0)
+        trust, cutoff_px = tukey(samples.xy + ink_px2 * samples.gradient - terms @ coefficients, weight, trust)
     return Start(_square(coefficients, _START_DEGREE), ink_px2, cutoff_px)
 
 
@@ -193,24 +200,40 @@ def _fit_with_ink(
     return place + ink_px2 * slope, ink_px2
 
 
+def tukey(
+    residual: NDArray[np.float64], weight: NDArray[np.float64], trust: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """Tukey's weights (n,) of residuals (n, 2), and the residual from which on they are 0.
+
+    Parameters
+    ----------
+    weight : (n,) float64 array
+        Weights by signal.
+    trust : (n,) float64 array
+        Weights of the round before: what has none does not count for the scale.
+    """
+    size = np.hypot(residual[:, 0], residual[:, 1])
+    # the median of a two-dimensional normal distribution's radius is 1.1774 sigma
+    cutoff_px = _TUKEY * max(_weighted_median(size, weight * (trust > 0)) / 1.1774, _LEAST_SCALE_PX)
+    return np.where(size < cutoff_px, (1.0 - (size / cutoff_px) ** 2) ** 2, 0.0), cutoff_px
+
+
 def _weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
     order = np.argsort(values)
     share = np.cumsum(weight[order])
     return float(values[order[np.searchsorted(share, 0.5 * share[-1])]])
 
 
-@nb.njit(cache=True)
+@nb.njit(cache=True, parallel=True)
 def gather(
     projector_xy: NDArray[np.float32],
     signal: NDArray[np.float32],
     reference: float,
-    coefficients: NDArray[np.float64],
+    table: NDArray[np.float64],
     ink_px2: float,
     cutoff_px: float,
-    width: int,
-    height: int,
-) -> NDArray[np.float64]:
-    """Collect the residuals of all decoded camera pixels on the projector's pixels.
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Collect the residuals of all decoded camera pixels on blocks of the projector's frame.
 
     Parameters
     ----------
@@ -219,79 +242,89 @@ def gather(
     signal : (h, w) float32 array
     reference : float
         Signal of weight 1.
-    coefficients, ink_px2, cutoff_px : see `Start`
+    table : (2, H, W) float64 array
+        Camera coordinates of the projector's pixels that residuals are taken from.
+    ink_px2, cutoff_px : see `Start`
 
     Returns
     -------
-    (4, height, width) float64 array
-        Sums of weight (Tukey x signal^2), weight x residual of x and of y, and the number of points with a weight.
+    sums : (3, rows + 2 RIM, columns + 2 RIM) float64 array
+        Sums over each block of weight (Tukey x signal^2), weight x residual of x, and of y; `RIM` empty blocks around.
+    hit : (H, W) bool array
+        Projector pixels that a point with a weight fell on.
     """
-    sums = np.zeros((4, height, width))
-    terms = coefficients.shape[1]
-    along_u = np.empty(terms)
-    along_v = np.empty(terms)
-    for row in range(signal.shape[0]):
-        for column in range(signal.shape[1]):
-            u = float(projector_xy[row, column, 0])
-            v = float(projector_xy[row, column, 1])
-            if math.isnan(u):
-                continue
-            s = (2.0 * u + 1.0) / width - 1.0
-            t = (2.0 * v + 1.0) / height - 1.0
-            along_u[0], along_u[1] = 1.0, s
-            along_v[0], along_v[1] = 1.0, t
-            for k in range(2, terms):
-                along_u[k] = 2.0 * s * along_u[k - 1] - along_u[k - 2]
-                along_v[k] = 2.0 * t * along_v[k - 1] - along_v[k - 2]
-            x, y = 0.0, 0.0
-            for i in range(terms):
-                inner_x, inner_y = 0.0, 0.0
-                for j in range(terms - i):
-                    inner_x += coefficients[0, i, j] * along_v[j]
-                    inner_y += coefficients[1, i, j] * along_v[j]
-                x += inner_x * along_u[i]
-                y += inner_y * along_u[i]
-            across, down = _gradient(signal, row, column)
-            off_x = column + ink_px2 * across - x
-            off_y = row + ink_px2 * down - y
-            part = (off_x * off_x + off_y * off_y) / (cutoff_px * cutoff_px)
-            if part >= 1.0:
-                continue
-            weight = (1.0 - part) * (1.0 - part) * (signal[row, column] / reference) ** 2
-            i = min(max(math.floor(v + 0.5), 0), height - 1)
-            j = min(max(math.floor(u + 0.5), 0), width - 1)
-            sums[0, i, j] += weight
-            sums[1, i, j] += weight * off_x
-            sums[2, i, j] += weight * off_y
-            sums[3, i, j] += 1.0
-    return sums
+    height, width = table.shape[1:]
+    rows, columns = -(-height // BLOCK) + 2 * RIM, -(-width // BLOCK) + 2 * RIM
+    sums = np.zeros((_BANDS, 3, rows, columns))
+    hit = np.zeros((height, width), np.bool_)
+    band_rows = -(-signal.shape[0] // _BANDS)
+    for index in nb.prange(_BANDS):
+        band = np.int64(index)
+        for row in range(band * band_rows, min((band + 1) * band_rows, signal.shape[0])):
+            for column in range(signal.shape[1]):
+                u = float(projector_xy[row, column, 0])
+                v = float(projector_xy[row, column, 1])
+                if math.isnan(u):
+                    continue
+                left = min(max(math.floor(u), 0), width - 2)
+                top = min(max(math.floor(v), 0), height - 2)
+                fx = u - left
+                fy = v - top
+                across, down = _gradient(signal, row, column)
+                off_x = column + ink_px2 * across - _between(table[0], top, left, fy, fx)
+                off_y = row + ink_px2 * down - _between(table[1], top, left, fy, fx)
+                part = (off_x * off_x + off_y * off_y) / (cutoff_px * cutoff_px)
+                if not part < 1.0:
+                    continue
+                weight = (1.0 - part) * (1.0 - part) * (signal[row, column] / reference) ** 2
+                i = min(max(math.floor(v + 0.5), 0), height - 1)
+                j = min(max(math.floor(u + 0.5), 0), width - 1)
+                hit[i, j] = True
+                i = i // BLOCK + RIM
+                j = j // BLOCK + RIM
+                sums[band, 0, i, j] += weight
+                sums[band, 1, i, j] += weight * off_x
+                sums[band, 2, i, j] += weight * off_y
+    return sums.sum(axis=0), hit
+
+
+@nb.njit(cache=True, inline="always")
+def _between(plane: NDArray[np.float64], top: int, left: int, fy: float, fx: float) -> float:
+    upper = plane[top, left] * (1.0 - fx) + plane[top, left + 1] * fx
+    return upper * (1.0 - fy) + (plane[top + 1, left] * (1.0 - fx) + plane[top + 1, left + 1] * fx) * fy
 
 
 def choose_degree(
     sums: NDArray[np.float64], start: NDArray[np.float64], width: int, height: int, seed: int
-) -> tuple[NDArray[np.float64], int]:
-    """Polynomial of the degree that predicts blocks left out best; (2, d + 1, d + 1) coefficients and the degree.
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Polynomial of the degree that predicts blocks left out best.
 
     Parameters
     ----------
     sums : see `gather`
     start : (2, d + 1, d + 1) float64 array
         Polynomial that the residuals in `sums` belong to.
+
+    Returns
+    -------
+    coefficients : (2, degree + 1, degree + 1) float64 array
+    sums : as given
+        Residuals of that polynomial.
+    degree : int
     """
-    weight, off_x, off_y = (_block_sums(plane) for plane in sums[:3])
-    rows, columns = np.nonzero(weight > 0)
-    weight, off_x, off_y = (plane[rows, columns] for plane in (weight, off_x, off_y))
-    u, v = (BLOCK * (index + 0.5) - 0.5 for index in (columns, rows))
-    begin = _terms(u, v, width, height, start.shape[1] - 1) @ _flat(start)
-    xy = begin + np.column_stack([off_x, off_y]) / weight[:, None]
+    rows, columns = np.nonzero(sums[0] > 0)
+    weight = sums[0, rows, columns]
+    u, v = (BLOCK * (index - RIM + 0.5) - 0.5 for index in (columns, rows))
+    before = _terms(u, v, width, height, start.shape[1] - 1) @ _flat(start)
+    xy = before + (sums[1:, rows, columns] / weight).T
     # a block's mean is as good as its weight, up to the scatter that blocks share whatever their weight
-    weight = weight / (weight + np.median(weight))
+    trust = weight / (weight + np.median(weight))
     terms = _terms(u, v, width, height, MAX_DEGREE)
     fold = np.random.default_rng(seed).integers(0, _FOLDS, weight.size)
     grams, data = [], []
     for k in range(_FOLDS):
         part = terms[fold == k]
-        weighted = part * weight[fold == k, None]
+        weighted = part * trust[fold == k, None]
         grams.append(weighted.T @ part)
         data.append(weighted.T @ xy[fold == k])
     gram, datum = np.sum(grams, axis=0), np.sum(data, axis=0)
@@ -303,74 +336,90 @@ def choose_degree(
             solved = _solve(gram[:m, :m] - grams[k][:m, :m], datum[:m] - data[k][:m])
             left_out = fold == k
             misfit = xy[left_out] - terms[left_out, :m] @ solved
-            score += float(np.sum(weight[left_out, None] * misfit**2))
+            score += float(np.sum(trust[left_out, None] * misfit**2))
         scores.append(score)
     degree = int(np.argmin(scores)) + 1
     m = (degree + 1) * (degree + 2) // 2
-    return _square(_solve(gram[:m, :m], datum[:m]), degree), degree
+    solved = _solve(gram[:m, :m], datum[:m])
+    after = sums.copy()
+    after[1:, rows, columns] += weight * (before - terms[:, :m] @ solved).T
+    return _square(solved, degree), after, degree
 
 
 def choose_sigma(sums: NDArray[np.float64], seed: int) -> float:
-    """Width of the residual field that predicts blocks left out best, projector pixels; inf: none is better."""
-    weight, off_x, off_y = (_block_sums(plane) for plane in sums[:3])
-    full = weight > 0
-    mean = np.zeros((2, *weight.shape))
-    np.divide(off_x, weight, out=mean[0], where=full)
-    np.divide(off_y, weight, out=mean[1], where=full)
-    fold = np.random.default_rng(seed).integers(0, _FOLDS, weight.shape)
-    scores = []
-    for sigma_px in SIGMAS_PX:
-        score = 0.0
-        for k in range(_FOLDS):
-            kept = np.stack([weight, off_x, off_y]) * (fold != k)
-            left_out = full & (fold == k)
-            # the blocks' own width is part of the smoothing
-            narrow = math.sqrt(sigma_px**2 - BLOCK**2 / 12.0) / BLOCK if math.isfinite(sigma_px) else math.inf
-            misfit = (mean - smooth_field(kept, narrow))[:, left_out]
-            score += float(np.sum(weight[left_out] * misfit**2))
-        scores.append(score)
+    """Width of the residual field that predicts a quarter of the blocks, left out, best; inf: none is better."""
+    left_out = np.random.default_rng(seed).random(sums.shape[1:]) < 0.25
+    kept = np.where(left_out, 0.0, sums)
+    test = left_out & (sums[0] > 0)
+    weight = sums[0, test]
+    mean = sums[1:, test] / weight
+    scores = [float(np.sum(weight * (mean - smooth_blocks(kept, sigma_px)[:, test]) ** 2)) for sigma_px in SIGMAS_PX]
     return SIGMAS_PX[int(np.argmin(scores))]
 
 
-def smooth_field(sums: NDArray[np.float64], sigma_px: float) -> NDArray[np.float64]:
-    """Residual field (2, H, W): Gaussian-weighted mean of the residuals; fades to 0 where none are near.
+def smooth_blocks(sums: NDArray[np.float64], sigma_px: float) -> NDArray[np.float64]:
+    """Smooth residuals at the blocks' centres: a local quadratic under Gaussian weights, fading to 0 without data.
+
+    A quadratic, not a mean, as a mean flattens what bends and is pulled inwards at the frame's rim.
 
     Parameters
     ----------
-    sums : (3 or more, H, W) float64 array
-        See `gather`.
+    sums : see `gather`
     sigma_px : float
-        Width in pixels of `sums`; inf gives a field of zeros.
+        Width of the weights; inf gives zeros.
+
+    Returns
+    -------
+    (2, rows, columns) float64 array
     """
     if not math.isfinite(sigma_px):
-        return np.zeros((2, *sums.shape[1:]))
-    reach = math.ceil(3.5 * sigma_px)
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma_px) ** 2)
-    kernel /= kernel.sum()
-    weight, off_x, off_y = (_blur(plane, kernel) for plane in sums[:3])
-    lit = weight[weight > 0]
-    floor = 0.01 * float(np.median(lit)) if lit.size else 1.0
-    return np.stack([off_x, off_y]) / (weight + floor)
+        return np.zeros_like(sums[1:])
+    sigma = sigma_px / BLOCK
+    offset = np.arange(-math.ceil(3.0 * sigma), math.ceil(3.0 * sigma) + 1) / sigma
+    gauss = np.exp(-0.5 * offset**2)
+    gauss /= gauss.sum()
+    kernels = [gauss * offset**k for k in range(5)]
+
+    def moments(plane: NDArray[np.float64], order: int) -> dict[tuple[int, int], NDArray[np.float64]]:
+        along = [correlate1d(plane, kernels[i], axis=1, mode="constant") for i in range(order + 1)]
+        return {
+            (i, j): correlate1d(along[i], kernels[j], axis=0, mode="constant")
+            for i in range(order + 1)
+            for j in range(order + 1 - i)
+        }
+
+    powers = [(i, total - i) for total in range(3) for i in range(total + 1)]
+    mass, off_x, off_y = moments(sums[0], 4), moments(sums[1], 2), moments(sums[2], 2)
+    normal = np.stack([np.stack([mass[a + c, b + d] for c, d in powers], axis=-1) for a, b in powers], axis=-2)
+    right = np.stack([np.stack([off[p] for p in powers], axis=-1) for off in (off_x, off_y)], axis=-1)
+    lit = mass[0, 0][mass[0, 0] > 0]
+    normal += (_FIELD_RIDGE * float(np.median(lit)) if lit.size else 1.0) * np.eye(len(powers))
+    return np.moveaxis(np.linalg.solve(normal, right)[..., 0, :], -1, 0)
 
 
-@nb.njit(cache=True, fastmath=True)
-def _blur(plane: NDArray[np.float64], kernel: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Separable convolution with a symmetric kernel; zeros beyond the rim."""
-    h, w = plane.shape
-    reach = kernel.size // 2
-    out = np.zeros((h, w))
-    down = np.empty(w)
-    for row in range(h):
-        down[:] = 0.0
-        for k in range(max(-reach, -row), min(reach, h - 1 - row) + 1):
-            factor = kernel[k + reach]
-            for column in range(w):
-                down[column] += factor * plane[row + k, column]
-        for k in range(-reach, reach + 1):
-            factor = kernel[k + reach]
-            for column in range(max(0, -k), min(w, w - k)):
-                out[row, column] += factor * down[column + k]
-    return out
+def blocks_to_pixels(field: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """Cubic interpolation of a field (2, rows, columns) at the blocks' centres to all pixels, (2, height, width)."""
+    rows, columns = ((np.arange(length) + 0.5) / BLOCK - 0.5 + RIM for length in (height, width))
+    matrices = [_spline_matrix(n, places) for n, places in ((field.shape[1], rows), (field.shape[2], columns))]
+    return np.stack([(matrices[0] @ (matrices[1] @ plane.T).T) for plane in field])
+
+
+def _spline_matrix(nodes: int, places: NDArray[np.float64]) -> csr_array:
+    """Sparse matrix that takes values at integers to a Catmull-Rom cubic at places, at least one node from the ends."""
+    left = np.floor(places).astype(np.int64)
+    t = places - left
+    weights = np.stack(
+        [
+            ((2.0 - t) * t - 1.0) * t / 2.0,
+            ((3.0 * t - 5.0) * t * t + 2.0) / 2.0,
+            ((4.0 - 3.0 * t) * t + 1.0) * t / 2.0,
+            (t - 1.0) * t * t / 2.0,
+        ],
+        axis=-1,
+    )
+    rows = np.repeat(np.arange(places.size), 4)
+    columns = (left[:, None] + np.arange(-1, 3)).ravel()
+    return csr_array((weights.ravel(), (rows, columns)), shape=(places.size, nodes))
 
 
 def polynomial_grid(coefficients: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
@@ -379,13 +428,6 @@ def polynomial_grid(coefficients: NDArray[np.float64], width: int, height: int) 
     along_u = chebyshev.chebvander((2.0 * np.arange(width) + 1.0) / width - 1.0, degree)
     along_v = chebyshev.chebvander((2.0 * np.arange(height) + 1.0) / height - 1.0, degree)
     return np.einsum("vj,cij,ui->cvu", along_v, coefficients, along_u, optimize=True)
-
-
-def _block_sums(plane: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sums over blocks of `BLOCK` x `BLOCK`; the last ones may be cut off by the frame's rim."""
-    h, w = plane.shape
-    padded = np.pad(plane, ((0, -h % BLOCK), (0, -w % BLOCK)))
-    return padded.reshape(padded.shape[0] // BLOCK, BLOCK, padded.shape[1] // BLOCK, BLOCK).sum(axis=(1, 3))
 
 
 def _orders(degree: int) -> NDArray[np.int64]:

@@ -213,7 +213,7 @@ def decode(
         wave, total = _add_lines(captures, axis, guess, reason, clipped)
         place = np.empty(reason.shape, np.float32)
         limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
-        kernels.join_lines(wave, total, guess, LINE_PERIOD, *limits, (WEAK_LINE, DISAGREE, OUTSIDE), reason, place)
+        kernels.join_lines(wave, total, guess, LINE_PERIOD, *limits, (TOO_DARK, WEAK_LINE, DISAGREE, OUTSIDE), reason, place)
         signal += np.hypot(wave[0], wave[1]) / np.float32(2)
         places.append(place)
     reason[clipped & (reason != TOO_DARK)] = SATURATED

@@ -144,7 +144,7 @@ def join_lines(
     tolerance_px: float,
     margin_px: float,
     length: int,
-    reasons: tuple[int, int, int],
+    reasons: tuple[int, int, int, int],
     reason: NDArray[np.uint8],
     position: NDArray[np.float32],
 ) -> None:
@@ -165,8 +165,10 @@ def join_lines(
         Pixels at the frame's rim, where the neighbouring line is missing, that do not count.
     length : int
         Width or height of the projector.
-    reasons : three ints
-        Reason given for: line contrast, disagreement, outside; written where `reason` is still 0.
+    reasons : four ints
+        Reason given for: no light at all, line contrast, disagreement, outside. The first is written where `reason`
+        is set already and there is no line either (only stray light made the pixel look lit), the others where it
+        is still 0.
     reason : (h, w) uint8 array
         Changed in place.
     position : (h, w) float32 array
@@ -182,15 +184,17 @@ def join_lines(
             line = turn * math.atan2(im, re)
             place = line + period * round((guess - line) / period) if not math.isnan(guess) else math.nan
             position[row, column] = place
-            if reason[row, column] != 0:
-                continue
             variance = 0.5 * (period * read_variance + gain * float(total[row, column]))
-            if re * re + im * im < limit * variance:
-                reason[row, column] = reasons[0]
-            elif not abs(place - guess) <= tolerance_px:
+            weak = re * re + im * im < limit * variance
+            if reason[row, column] != 0:
+                if weak:
+                    reason[row, column] = reasons[0]
+            elif weak:
                 reason[row, column] = reasons[1]
-            elif place < margin_px - 0.5 or place > length - 0.5 - margin_px:
+            elif not abs(place - guess) <= tolerance_px:
                 reason[row, column] = reasons[2]
+            elif place < margin_px - 0.5 or place > length - 0.5 - margin_px:
+                reason[row, column] = reasons[3]
 
 
 @nb.njit(cache=True, parallel=True)
@@ -203,9 +207,10 @@ def fill_near(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
             if not math.isnan(values[row, column]):
                 continue
             best = (reach + 1) * (reach + 1)
-            for i in range(max(0, row - reach), min(h, row + reach + 1)):
+            here = np.int64(row)
+            for i in range(max(0, here - reach), min(h, here + reach + 1)):
                 for j in range(max(0, column - reach), min(w, column + reach + 1)):
-                    distance = (i - row) * (i - row) + (j - column) * (j - column)
+                    distance = (i - here) * (i - here) + (j - column) * (j - column)
                     if distance < best and not math.isnan(values[i, j]):
                         best = distance
                         filled[row, column] = values[i, j]
@@ -246,7 +251,8 @@ def ripple_normals(
     columns = position.shape[1] // size
     normal = np.zeros((solution.shape[0], 9, 9))
     misfit = np.zeros((solution.shape[0], 3))
-    for block in nb.prange(solution.shape[0]):
+    for index in nb.prange(solution.shape[0]):
+        block = np.int64(index)
         top, left = (block // columns) * size, (block % columns) * size
         terms = np.empty(9)
         origin = math.nan

@@ -29,8 +29,8 @@ grows by less than that, and a colour of XYZ below 1 does not notice."""
 _FLAT = 1e-8
 """Radius of the largest ball inside below which a set has no interior."""
 
-_EXCESS = 1e-10
-"""How far the largest ball may reach over a row."""
+_LP_TOLERANCE = 1e-10
+"""The finest that HiGHS offers; also how far the largest ball may reach over a row."""
 
 _BLOCK = 1 << 15
 """Hyperplanes solved at once: 8 MB."""
@@ -162,16 +162,18 @@ def inscribed_ball(
             b_ub=offsets[rows],
             bounds=(-reach, reach),
             method="highs",
+            options={"primal_feasibility_tolerance": _LP_TOLERANCE, "dual_feasibility_tolerance": _LP_TOLERANCE},
         )
         if result.x is None:
             raise GamutError(f"the largest ball inside a set was not found: {result.message}")
-        centre, radius = result.x[:-1], float(result.x[-1])
-        excess = normals @ centre + radius - offsets
-        excess[rows] = -np.inf  # HiGHS keeps its rows to 1e-7 only: never add one twice
+        centre, radius = result.x[:-1], result.x[-1]
+        slack = offsets - normals @ centre
+        excess = radius - slack
+        excess[rows] = -np.inf  # rows that are in are kept as well as HiGHS can: never add one twice
         worst = np.argsort(-excess)[: 10 * d]
-        broken = worst[excess[worst] > _EXCESS]
+        broken = worst[excess[worst] > _LP_TOLERANCE]
         if not len(broken):
-            return centre, radius
+            return centre, float(np.min(slack))
         rows = np.append(rows, broken)
 
 
@@ -193,22 +195,23 @@ def polytope(normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> Poly
     centre, radius = inscribed_ball(normals, offsets)
     if radius < _FLAT:
         raise GamutError("the set is empty" if radius < -_FLAT else "the set is flat: it has no volume")
-    rows, vertices = _dual_hull(normals, offsets, centre)
-    # Again in coordinates where the set is about round: a set that hugs the gray axis keeps its digits.
-    centre, shape = _round_shape(vertices)
-    facets, local = _dual_hull(normals[rows] @ shape, offsets[rows] - normals[rows] @ centre, np.zeros(len(centre)))
-    return Polytope(normals[rows[facets]], offsets[rows[facets]], local @ shape.T + centre)
+    # Twice in coordinates where the set is about round, so that one that hugs the gray axis keeps its digits: first
+    # as the rows see it from the centre (Dikin's ellipsoid), then as the vertices spread.
+    _, tightness, Vt = np.linalg.svd(normals / (offsets - normals @ centre)[:, None], full_matrices=False)
+    _, vertices = _dual_hull(normals, offsets, centre, Vt.T / tightness)
+    facets, vertices = _dual_hull(normals, offsets, *_round_shape(vertices))
+    return Polytope(normals[facets], offsets[facets], vertices)
 
 
 def _dual_hull(
-    normals: NDArray[np.float64], offsets: NDArray[np.float64], centre: NDArray[np.float64]
+    normals: NDArray[np.float64], offsets: NDArray[np.float64], centre: NDArray[np.float64], shape: NDArray[np.float64]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Rows that are facets, and the vertices, by the hull of the dual points about an inner point `centre`."""
+    """Rows that are facets, and the vertices: the hull of the dual points about an inner point, as `shape` maps it."""
     try:
-        hull = ConvexHull(normals / (offsets - normals @ centre)[:, None])
+        hull = ConvexHull(normals @ shape / (offsets - normals @ centre)[:, None])
     except QhullError as error:
         raise GamutError(f"the vertices of a set were not found: {str(error).splitlines()[0]}") from error
-    return hull.vertices, hull.equations[:, :-1] / -hull.equations[:, -1:] + centre
+    return hull.vertices, hull.equations[:, :-1] / -hull.equations[:, -1:] @ shape.T + centre
 
 
 def _round_shape(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

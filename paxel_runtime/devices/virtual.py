@@ -1,6 +1,6 @@
 """The virtual bench: a projector, a printed or blank sheet, a camera and a meter, simulated from physics.
 
-It answers as real devices do (`devices.base`) and knows nothing of how its answers are used; `BenchTruth` is for tests
+It answers as real devices do (`devices.base`) and knows nothing of how its answers are used; `bench_truth` is for tests
 and for figures about the bench only. The physics stands in the ``optics`` modules, the pinned imperfections in
 `bench_qualities`; geometry, response curves, the camera's lens blur and sensitivities are the same in every quality.
 """
@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from paxel_runtime.devices.bench_qualities import QUALITIES, BenchQuality
+from paxel_runtime.devices.bench_truth import BenchTruth, channel_index
 from paxel_runtime.errors import DeviceError, InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern, colorant_library
@@ -21,23 +22,16 @@ from paxel_runtime.optics import (
     camera_sensitivities,
     ink_terms,
     pair_factors,
-    pair_spectra,
     patch_factors,
     primaries,
-    response,
     response_table,
 )
 from paxel_runtime.optics_camera import PIXEL_BLUR_PX, SPLINE_VARIANCE, expose, sample_camera
-from paxel_runtime.optics_geometry import (
-    camera_to_fine_grid,
-    make_maps,
-    raster_of_channel,
-    raster_to_wall,
-    wall_to_camera,
-)
+from paxel_runtime.optics_geometry import camera_to_fine_grid, make_maps
 from paxel_runtime.optics_grid import FineGrid, gaussian_kernel
-from paxel_runtime.optics_light import drive, footprint_adjoint, fringe, make_footprint
-from paxel_runtime.optics_paper import radiance, scattered_apertures
+from paxel_runtime.optics_light import drive, fringe, make_footprint
+from paxel_runtime.optics_meter import MeterSpot, make_spot
+from paxel_runtime.optics_paper import radiance
 from paxel_runtime.optics_print import ink_coverage, make_layers
 
 __all__ = ["BenchSetup", "BenchTruth", "VirtualBench"]
@@ -121,19 +115,6 @@ class _Sheet:
     terms: NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class _Aperture:
-    """The meter's spot on one sheet, seen from the projector.
-
-    ``reading = sum over pixels, channels, pairs of x weights spectra``; `window` is the part of the raster that reaches
-    the spot, `weights` (N, pairs, h, w), `spectra` (N, pairs, 81).
-    """
-
-    window: tuple[slice, slice]
-    weights: NDArray[np.float32]
-    spectra: NDArray[np.float64]
-
-
 class VirtualBench:
     """Projector, camera, meter and operator in one (the four protocols of `devices.base`).
 
@@ -182,7 +163,7 @@ class VirtualBench:
         camera_variance = (PIXEL_BLUR_PX**2 + 1 / 12) * (self._maps.camera_px_mm / step_mm) ** 2
         self._camera_blur = gaussian_kernel(np.sqrt(max(camera_variance - SPLINE_VARIANCE, 0.0)))
         self._codes_to_x = response_table(len(setup.channels), setup.bits)
-        self._apertures: dict[str, _Aperture] = {}
+        self._spots: dict[str, MeterSpot] = {}
         self._rng = np.random.default_rng((setup.seed, 4))
         self._drift = 0.0
         self._surface = "pattern"
@@ -191,7 +172,16 @@ class VirtualBench:
     @cached_property
     def truth(self) -> BenchTruth:
         """What no device would tell; for tests only."""
-        return BenchTruth(self)
+        pattern, q = self._setup.pattern, self._quality
+        return BenchTruth(
+            channels=self._setup.channels,
+            grid=self._grid,
+            maps=self._maps,
+            colorants=len(pattern.colorants),
+            inks=self._inks,
+            ink_coverage=self._sheets["pattern"].coverage,
+            printed_size_mm=np.array(pattern.size_mm) * (1.0 + np.array([q.print_scale_x, q.print_scale_y])),
+        )
 
     def place(self, surface: str) -> None:
         """Put ``"pattern"`` or ``"white"`` on the wall.
@@ -228,7 +218,7 @@ class VirtualBench:
         sensitivities = camera_sensitivities()
         lit = np.ones(len(self._setup.channels))
         if channel is not None:
-            lit = (np.arange(len(lit)) == self._channel_index(channel)).astype(float)
+            lit = (np.arange(len(lit)) == channel_index(self._setup.channels, channel)).astype(float)
             sensitivities = sensitivities.mean(axis=0, keepdims=True)
         gain = self._light_level() * _FULL_SIGNAL / self._brightest(sensitivities, lit)
         field = self._radiance(self._x, self._surface, sensitivities * gain, self._camera_blur)
@@ -278,11 +268,6 @@ class VirtualBench:
     @property
     def _frame_shape(self) -> tuple[int, int, int]:
         return self._setup.resolution[1], self._setup.resolution[0], len(self._setup.channels)
-
-    def _channel_index(self, channel: str) -> int:
-        if channel not in self._setup.channels:
-            raise DeviceError(f"the projector's channels are {', '.join(self._setup.channels)}; got {channel!r}")
-        return self._setup.channels.index(channel)
 
     def _drive(self, codes: NDArray[np.unsignedinteger]) -> NDArray[np.float32]:
         """(N, H, W) intensities of a frame, all laws but fringing applied."""
@@ -355,114 +340,29 @@ class VirtualBench:
 
     def _read(self, x: NDArray[np.float32], surface: str) -> NDArray[np.float64]:
         """Noise-free reading of the meter, (81,)."""
-        if surface not in self._apertures:
-            self._apertures[surface] = self._make_aperture(self._sheets[surface])
-        aperture = self._apertures[surface]
-        rows, columns = aperture.window
-        near = tuple(slice(max(part.start - 1, 0), part.stop + 1) for part in (rows, columns))
-        lit = fringe(np.ascontiguousarray(x[:, *near]), self._quality.fringing, self._quality.fringing_exponent)
-        row, column = rows.start - near[0].start, columns.start - near[1].start
-        lit = lit[:, row : row + rows.stop - rows.start, column : column + columns.stop - columns.start]
-        return np.einsum("jpvu,jvu,jpw->w", aperture.weights, lit, aperture.spectra, optimize=True)
+        spot = self._spots.get(surface) or self._aim_at(surface)
+        rows, columns = spot.rows, spot.columns
+        top, left = min(rows.start, 1), min(columns.start, 1)  # fringing needs the neighbours around
+        around = x[:, rows.start - top : rows.stop + 1, columns.start - left : columns.stop + 1]
+        lit = fringe(np.ascontiguousarray(around), self._quality.fringing, self._quality.fringing_exponent)
+        height, width = spot.weights.shape[2:]
+        return spot.read(lit[:, top : top + height, left : left + width])
 
-    def _make_aperture(self, sheet: _Sheet) -> _Aperture:
-        """Weights of the mean radiance over the meter's spot, for each projector pixel, channel and pair of passages."""
-        window, share = self._spot()
-        pairs = scattered_apertures(share, np.ascontiguousarray(sheet.coverage[:, *window]), self._scattering)
-        spectra = pair_spectra(self._spectra, self._paper, sheet.terms)
-        if self._quality.scattering_mm == 0:
-            spectra = np.moveaxis(patch_factors(np.moveaxis(spectra, -1, 0)), 0, -1)
-        kl = [(k, l) for k in range(len(pairs)) for l in range(k + 1)]
-        if self._quality.scattering_mm > 0:  # G is symmetric, so that the two orders of a pair share one weight
-            pairs = pairs + np.swapaxes(pairs, 0, 1) * (1 - np.eye(len(pairs))[..., None, None])
-        reach = self._footprints[0].pad + 1
-        rows, columns = (
-            slice(max(int(self._grid.to_raster(part.start)) - reach, 0), int(self._grid.to_raster(part.stop)) + reach)
-            for part in window
+    def _aim_at(self, surface: str) -> MeterSpot:
+        """The meter's spot on a surface, kept."""
+        sheet = self._sheets[surface]
+        self._spots[surface] = make_spot(
+            self._setup.aperture_mm,
+            self._grid,
+            self._maps,
+            self._footprints,
+            sheet.coverage,
+            self._scattering if self._quality.scattering_mm > 0 else None,
+            self._spectra,
+            self._paper,
+            sheet.terms,
         )
-        weights = [
-            [
-                footprint_adjoint(pairs[k, l], window[0].start, window[1].start, f, self._setup.resolution)[
-                    rows, columns
-                ]
-                for k, l in kl
-            ]
-            for f in self._footprints
-        ]
-        return _Aperture(
-            (rows, columns), np.array(weights, np.float32), np.stack([spectra[:, k, l] for k, l in kl], axis=1)
-        )
-
-    def _spot(self) -> tuple[tuple[slice, slice], NDArray[np.float32]]:
-        """Window of the fine raster around the meter's spot, and each sample's share of the spot's area."""
-        setup, rim = self._setup, len(self._scattering)
-        step_mm = setup.width_mm / setup.resolution[0] / self._grid.subsamples
-        half = int(np.ceil(0.53 * setup.aperture_mm / step_mm)) + rim
-        middle = [round(self._grid.to_sample(c).item()) for c in self._maps.raster_centre]
-        columns, rows = (slice(m - half, m + half + 1) for m in middle)
-        u, v = (self._grid.to_raster(np.arange(part.start, part.stop)) for part in (columns, rows))
-        wall = raster_to_wall(self._maps, np.stack(np.meshgrid(u, v), axis=-1))
-        across, down = np.gradient(wall, axis=1), np.gradient(wall, axis=0)
-        area = np.abs(across[..., 0] * down[..., 1] - across[..., 1] * down[..., 0])
-        from_centre = np.linalg.norm(wall - raster_to_wall(self._maps, self._maps.raster_centre), axis=-1)
-        inside = np.clip(0.5 + (setup.aperture_mm / 2 - from_centre) / np.sqrt(area), 0.0, 1.0)
-        share = inside * area
-        return (rows, columns), (share / share.sum()).astype(np.float32)
-
-
-class BenchTruth:
-    """What really is on a virtual bench; no estimator may look."""
-
-    def __init__(self, bench: VirtualBench) -> None:
-        self._bench = bench
-
-    def camera_xy(self, channel: str) -> NDArray[np.float64]:
-        """Camera position (x, y) of the light of each projector pixel's centre, (H, W, 2)."""
-        maps = self._bench._maps
-        width, height = self._bench._setup.resolution
-        pixels = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.float64)
-        middle = raster_of_channel(maps, self._bench._channel_index(channel), pixels)
-        return wall_to_camera(maps, raster_to_wall(maps, middle))
-
-    def coverage(self) -> NDArray[np.float32]:
-        """Share of each colorant, then of bare paper, in the area of each projector pixel: (H, W, M + 1), sum 1.
-
-        The area is that of the middle channel. A colorant that is the paper itself has the unprinted part of the
-        pattern area.
-        """
-        bench = self._bench
-        grid, pattern = bench._grid, bench._setup.pattern
-        shares = np.zeros((grid.height, grid.width, len(pattern.colorants) + 1), np.float32)
-        for ink, layer in zip(bench._inks, bench._sheets["pattern"].coverage, strict=True):
-            shares[..., ink] = grid.pixel_means(layer) / np.float32(255)
-        blank = [i for i in range(len(pattern.colorants)) if i not in bench._inks]
-        rest = 1.0 - shares.sum(axis=-1)
-        if blank:
-            shares[..., blank[0]] = np.clip(self._inside_pattern() - (1.0 - rest), 0.0, 1.0)
-        shares[..., -1] = np.clip(1.0 - shares[..., :-1].sum(axis=-1), 0.0, 1.0)
-        return shares
-
-    def _inside_pattern(self) -> NDArray[np.float32]:
-        """Share of the pattern area, as printed, in each projector pixel, (H, W)."""
-        bench = self._bench
-        grid, q = bench._grid, bench._quality
-        half_mm = np.array(bench._setup.pattern.size_mm) / 2 * (1 + np.array([q.print_scale_x, q.print_scale_y]))
-        offsets = (np.arange(grid.subsamples) + 0.5) / grid.subsamples - 0.5
-        u = (np.arange(grid.width)[:, None] + offsets).ravel()
-        inside = np.empty((grid.height, grid.width), np.float32)
-        for row in range(grid.height):
-            wall = raster_to_wall(bench._maps, np.stack(np.meshgrid(u, row + offsets), axis=-1))
-            within = np.all(np.abs(wall) <= half_mm, axis=-1)
-            inside[row] = within.reshape(grid.subsamples, grid.width, grid.subsamples).mean(axis=(0, 2))
-        return inside
-
-    def response(self, channel: str, P: ArrayLike) -> NDArray[np.float64]:
-        """Linear intensity of device values P, 0..1."""
-        return response(P, self._bench._channel_index(channel))
-
-    def fine_coverage(self) -> NDArray[np.uint8]:
-        """Coverage by ink of each sample of the fine raster, (L, rows, columns), 0..255."""
-        return self._bench._sheets["pattern"].coverage
+        return self._spots[surface]
 
 
 def _known_surface(surface: str) -> str:

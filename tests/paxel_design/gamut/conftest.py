@@ -38,7 +38,7 @@ def make_model(
 
 @pytest.fixture(scope="session")
 def measured_model() -> Callable[..., PredictionModel]:
-    """Prints in red, green, blue, cyan, magenta and yellow, or in grays, with measuring errors, so that nothing is parallel."""
+    """Prints in grays, or in red to yellow, measured with errors: no two generators are exactly parallel."""
 
     def make(
         seed: int, clusters: int = 2, channels: int = 3, colored: bool = False, noise: float = 3e-3

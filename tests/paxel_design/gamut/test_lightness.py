@@ -21,7 +21,8 @@ PRIMARIES = linear_sRGB_to_XYZ(np.eye(3)).T
 
 def brute_force_rectangle(corners: NDArray[np.float64], steps: int) -> float:
     """Largest rectangle on a grid of s0 and s1, by walking the polygon's edges at each s."""
-    s = L_to_Y(np.linspace(*Y_to_L(np.array([corners[:, 0].min(), corners[:, 0].max()])), steps))
+    ends = np.array([corners[:, 0].min(), corners[:, 0].max()])
+    s = np.clip(L_to_Y(np.linspace(*Y_to_L(ends), steps)), *ends)
     top, bottom = np.full(steps, -np.inf), np.full(steps, np.inf)
     for (s0, t0), (s1, t1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         if s0 == s1:

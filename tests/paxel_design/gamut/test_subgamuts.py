@@ -42,7 +42,8 @@ def test_the_full_gamut_holds_every_input_and_its_corners_are_inputs(measured_mo
     assert np.all(gamut.contains(surface.predict_XYZ(x)))
     grid = surface.predict_XYZ((np.arange(2**model.n)[:, None] >> np.arange(model.n)) & 1)
     for corner in corners(gamut):
-        assert np.abs(grid - corner).max(axis=1).min() < 1e-12, "a vertex of a zonotope is a binary input, to rounding"
+        # 1e-10: measured generators of one channel are within 0.3 % of parallel, which multiplies rounding.
+        assert np.abs(grid - corner).max(axis=1).min() < 1e-10, "a vertex of a zonotope is a binary input"
 
 
 @pytest.mark.parametrize("shown_on", SURFACES)

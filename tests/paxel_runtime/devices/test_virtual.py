@@ -190,7 +190,7 @@ def test_finer_samples_change_nothing(quality: BenchQuality, monkeypatch: pytest
         bench = bench_of(quality)
         bench.show(noise_frame())
         readings.append(spectra_to_XYZ(bench.measure()))
-    np.testing.assert_allclose(*readings, rtol=1e-3)
+    np.testing.assert_allclose(readings[0], readings[1], rtol=1e-3)
 
 
 def test_several_inks_and_the_bare_rim() -> None:
@@ -371,6 +371,6 @@ def test_wrong_use_is_refused() -> None:
         bench.capture("ultraviolet")
     for wrong in (np.zeros((3, 3, 3), np.uint8), np.zeros((SIZE[1], SIZE[0], 3))):
         with pytest.raises(DeviceError, match="frame"):
-            bench.show(wrong)
+            bench.show(wrong)  # type: ignore[arg-type]
     with pytest.raises(DeviceError, match="at most 255"):
         bench.show(np.full((SIZE[1], SIZE[0], 3), 256, np.uint16))
