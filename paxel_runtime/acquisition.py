@@ -221,6 +221,7 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
         settings.projector.resolution,
         {name: spectra_to_XYZ(colorants[name].reflectance) / white_Y * D65_XYZ for name in settings.pattern.colorants},
         cluster_counts(settings.clusters.count, len(settings.pattern.colorants)),
+        settings.pattern.dot_size_mm * settings.projector.resolution[0] / settings.projector.width_mm,
         progress,
     )
     write_npz(

@@ -27,15 +27,31 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["DONE", "LANES", "NU", "REG", "RES", "ROWS", "S", "Z", "clip", "larger", "qp_steps", "smaller"]
+__all__ = [
+    "DONE",
+    "LANES",
+    "NU",
+    "REG",
+    "RES",
+    "ROWS",
+    "S_FIRST",
+    "S_REST",
+    "Z",
+    "clip",
+    "larger",
+    "qp_steps",
+    "smaller",
+]
 
 LANES = 16
 """Pixels solved side by side."""
 
-# Rows of the workspace, in multiples of LANES
+# Rows of the workspace, in multiples of LANES. Of 6 rows, the first 3 belong to the pattern, the others to the white
+# surface: what is at row r of the one is at row r + 3 of the other.
 NU = 0 * LANES  # 6: multipliers, in and out
 Z = 6 * LANES  # 6: z
-S = 12 * LANES  # 12: compliance, 00 01 02 11 12 22 of each surface
+S_FIRST = 12 * LANES  # 6: compliance: 00 01 02 of each surface
+S_REST = 18 * LANES  # 6: 11 12 22 of each surface
 RES = 24 * LANES  # 6: R(nu), out
 REG = 30 * LANES  # 1: 1/2 |x - 1/2|^2, out
 DONE = 31 * LANES  # 1: 1.0 where |R| is down to rounding, out
@@ -49,7 +65,14 @@ Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
 Sym3: TypeAlias = tuple[float, float, float, float, float, float]
 
-_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
+_SIMD = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 _FAR = 1e300
 
@@ -109,15 +132,8 @@ def _vec3(w: Floats, row: int) -> Vec3:
 
 
 @njit(**_SIMD)
-def _sym3(w: Floats, row: int) -> Sym3:
-    return (
-        w[row],
-        w[row + LANES],
-        w[row + 2 * LANES],
-        w[row + 3 * LANES],
-        w[row + 4 * LANES],
-        w[row + 5 * LANES],
-    )
+def _sym3(w: Floats, first: int, rest: int) -> Sym3:
+    return w[first], w[first + LANES], w[first + 2 * LANES], w[rest], w[rest + LANES], w[rest + 2 * LANES]
 
 
 @njit(**_SIMD)
@@ -125,7 +141,10 @@ def _residual(w: Floats, u: Floats, AT: Floats) -> None:
     """R(nu), 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows)."""
     for lane in range(LANES):
         for s in range(2):
-            r = _times(_sym3(w, S + 6 * s * LANES + lane), _vec3(w, NU + 3 * s * LANES + lane))
+            r = _times(
+                _sym3(w, S_FIRST + 3 * s * LANES + lane, S_REST + 3 * s * LANES + lane),
+                _vec3(w, NU + 3 * s * LANES + lane),
+            )
             res, z = RES + 3 * s * LANES + lane, Z + 3 * s * LANES + lane
             w[res], w[res + LANES], w[res + 2 * LANES] = w[z] - r[0], w[z + LANES] - r[1], w[z + 2 * LANES] - r[2]
         w[REG + lane] = 0.0
@@ -152,9 +171,11 @@ def _residual(w: Floats, u: Floats, AT: Floats) -> None:
 def _matrix(w: Floats, u: Floats, AT: Floats) -> None:
     """Newton's matrix S + A_F A_F^T."""
     for lane in range(LANES):
-        for i in range(6):
-            w[_M + i * LANES + lane] = w[S + i * LANES + lane]
-            w[_M + (15 + i) * LANES + lane] = w[S + (6 + i) * LANES + lane]
+        for i in range(3):
+            w[_M + i * LANES + lane] = w[S_FIRST + i * LANES + lane]
+            w[_M + (3 + i) * LANES + lane] = w[S_REST + i * LANES + lane]
+            w[_M + (15 + i) * LANES + lane] = w[S_FIRST + (3 + i) * LANES + lane]
+            w[_M + (18 + i) * LANES + lane] = w[S_REST + (3 + i) * LANES + lane]
         for i in range(6, 15):
             w[_M + i * LANES + lane] = 0.0
     for j in range(AT.shape[0]):
@@ -207,13 +228,13 @@ def _count_done(w: Floats, tolerance: float) -> int:
 def _direction(w: Floats) -> None:
     """Newton's direction by blocks: (P Q; Q^T T) d = R with the Schur complement of P. Zero in lanes that are done."""
     for lane in range(LANES):
-        P = _factor(_sym3(w, _M + lane))
+        P = _factor(_sym3(w, _M + lane, _M + 3 * LANES + lane))
         q0, q1, q2 = (
             _vec3(w, _M + 6 * LANES + lane),
             _vec3(w, _M + 9 * LANES + lane),
             _vec3(w, _M + 12 * LANES + lane),
         )
-        T = _sym3(w, _M + 15 * LANES + lane)
+        T = _sym3(w, _M + 15 * LANES + lane, _M + 18 * LANES + lane)
         c0, c1, c2 = (q0[0], q1[0], q2[0]), (q0[1], q1[1], q2[1]), (q0[2], q1[2], q2[2])  # columns of Q
         e0, e1, e2 = _solve(P, c0), _solve(P, c1), _solve(P, c2)
         schur = _factor(
@@ -246,7 +267,8 @@ def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
         for s in range(2):
             d = _vec3(w, _D + 3 * s * LANES + lane)
             h += _dot(d, _vec3(w, RES + 3 * s * LANES + lane))
-            curve += _dot(d, _times(_sym3(w, S + 6 * s * LANES + lane), d))
+            S = _sym3(w, S_FIRST + 3 * s * LANES + lane, S_REST + 3 * s * LANES + lane)
+            curve += _dot(d, _times(S, d))
         w[_H + lane] = h
         w[_CURVE + lane] = curve
         w[_T + lane] = 0.0
@@ -309,7 +331,7 @@ def qp_steps(
     Parameters
     ----------
     w : (>= ROWS * LANES,) float64 array
-        In: NU, Z, S. Out: NU, RES, REG, DONE.
+        In: NU, Z, S_FIRST, S_REST. Out: NU, RES, REG, DONE.
     u : (n * LANES,) float64 array
         Out: 1/2 + A^T nu; x is its clip to 0..1.
     v : (n * LANES,) float64 array
@@ -326,17 +348,16 @@ def qp_steps(
     int
         Steps taken.
     """
-    for step in range(steps):
+    n = AT.shape[0]
+    for step in range(steps + 1):
         _residual(w, u, AT)
-        if _count_done(w, tolerance) == LANES:
+        if _count_done(w, tolerance) == LANES or step == steps:
             return step
         _matrix(w, u, AT)
         _direction(w)
         _crossings(w, u, v, AT)
-        _line_search(w, u, v, AT.shape[0])
+        _line_search(w, u, v, n)
         for lane in range(LANES):
             for i in range(6):
                 w[NU + i * LANES + lane] += w[_T + lane] * w[_D + i * LANES + lane]
-    _residual(w, u, AT)
-    _count_done(w, tolerance)
     return steps

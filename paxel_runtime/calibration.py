@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, uniform_filter
 from scipy.optimize import isotonic_regression
 
 from paxel_runtime.clustering import Clusters, cluster
@@ -25,7 +26,19 @@ from paxel_runtime.model.response import ProjectorResponse
 from paxel_runtime.registration import ChannelRegistration, fit_registration, warp_to_nodal
 from paxel_runtime.structured_light import Decoded, decode
 
-__all__ = ["SortedPixels", "fit_model", "nodal_reflectance", "prediction_error", "register", "sort_pixels"]
+__all__ = [
+    "SortedPixels",
+    "field_ratios",
+    "fit_model",
+    "nodal_reflectance",
+    "pattern_area",
+    "prediction_error",
+    "register",
+    "sort_pixels",
+]
+
+_FIELD_WINDOW_PX = 31
+"""Window of `field_ratios`, projector pixels: some periods of the dots."""
 
 Captures = Callable[[str], NDArray[np.uint16]]
 Progress = Callable[[str], None]
@@ -113,6 +126,7 @@ def sort_pixels(
     resolution: tuple[int, int],
     colorants: Mapping[str, NDArray[np.float64]],
     counts: Iterable[int],
+    dot_px: float,
     progress: Progress = lambda message: None,
 ) -> SortedPixels:
     """Register every channel, make the nodal images and sort the pixels into clusters (paper: IV-A and IV-B).
@@ -123,6 +137,8 @@ def sort_pixels(
         Expected XYZ of each colorant, Y = 1 for the white surface.
     counts : iterable of int
         Every K to sort into.
+    dot_px : float
+        Edge of a dot in projector pixels.
 
     Raises
     ------
@@ -140,11 +156,45 @@ def sort_pixels(
             "in focus and well exposed? Then run: paxel capture --force"
         )
     nodal_XYZ = linear_sRGB_to_XYZ(nodal).astype(np.float32)  # paper IV-C2: the camera's values taken as sRGB
+    if "white" in colorants and len(colorants) > 1:
+        progress("find the pattern's area")
+        paper = list(colorants).index("white")
+        labels = cluster(nodal_XYZ, valid, colorants, len(colorants), D65_XYZ).labels
+        valid &= pattern_area(valid & (labels != paper), dot_px)
     clusters = {}
     for K in counts:
         progress(f"sort pixels into {K} clusters")
         clusters[K] = cluster(nodal_XYZ, valid, colorants, K, D65_XYZ)
     return SortedPixels(registration, nodal, valid, clusters)
+
+
+def pattern_area(ink: NDArray[np.bool_], dot_px: float) -> NDArray[np.bool_]:
+    """Projector pixels inside the printed area: what a disc of 1.5 dots that touches no ink cannot cover.
+
+    Beside the pattern lies bare paper, which would be taken for its white dots. The area is found to about half a dot.
+
+    Parameters
+    ----------
+    ink : (H, W) bool array
+        Pixels that light any colorant but the paper.
+    dot_px : float
+        Edge of a dot in projector pixels.
+
+    Raises
+    ------
+    CalibrationError
+        If there is no ink at all.
+    """
+    if not ink.any():
+        raise CalibrationError(
+            "no projector pixel lights an inked dot: is the pattern under the projection, and in focus? "
+            "Then run: paxel capture --force"
+        )
+    radius_px = 1.5 * dot_px
+    near_ink = distance_transform_edt(~ink) <= radius_px
+    if near_ink.all():
+        return near_ink
+    return np.asarray(distance_transform_edt(near_ink) > radius_px)
 
 
 def fit_model(
@@ -239,3 +289,42 @@ def prediction_error(
             "dE00_max": float(dE.max()),
         }
     return errors
+
+
+def field_ratios(
+    captures: Captures,
+    plan: Iterable[Exposure],
+    channels: tuple[str, ...],
+    camera_xy: Mapping[str, NDArray[np.float32]],
+    valid: NDArray[np.bool_],
+    clusters: tuple[str, ...],
+) -> dict[str, dict[str, list[float]]]:
+    """How much the pattern returns of each cluster's light, over the whole field as the camera sees it.
+
+    The meter reads one spot; where these shares differ much over the field, that spot does not speak for all of it
+    (uneven ink, blur towards the corners, a moved sheet).
+
+    Returns
+    -------
+    dict of cluster -> dict of channel -> [5 %, 50 %, 95 %]
+        Quantiles over the field of (light on the pattern) / (light on the white surface), averaged over some dots.
+    """
+    K = len(clusters)
+    inner = uniform_filter(valid.astype(np.float32), _FIELD_WINDOW_PX, mode="constant") > 0.999
+    ratios: dict[str, dict[str, list[float]]] = {name: {} for name in clusters}
+    dark = {
+        (surface, channel): captures(exposure_name(surface, "dark", channel, channels)).astype(np.float32)
+        for surface in ("pattern", "white")
+        for channel in channels
+    }
+    pictures = [e for e in plan if e.device == "camera" and e.clusters == K]
+    light: dict[tuple[str, int, str], NDArray[np.float32]] = {}
+    for e in pictures:
+        i = int(np.argmax(np.max(np.array(e.P), axis=1)))
+        nodal = warp_to_nodal(captures(e.name).astype(np.float32) - dark[e.surface, e.channel], camera_xy[e.channel])
+        light[e.surface, i, e.channel] = uniform_filter(np.where(valid, nodal, 0), _FIELD_WINDOW_PX)[inner]
+    for i, name in enumerate(clusters):
+        for channel in channels:
+            share = light["pattern", i, channel] / np.maximum(light["white", i, channel], 1e-3)
+            ratios[name][channel] = [float(q) for q in np.quantile(share, (0.05, 0.5, 0.95))]
+    return ratios

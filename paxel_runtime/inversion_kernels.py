@@ -16,8 +16,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.box_qp import DONE, LANES, NU, REG, RES, ROWS, S, Z, clip, larger, qp_steps, smaller
+from paxel_runtime.box_qp import DONE, LANES, NU, REG, RES, ROWS, S_FIRST, S_REST, Z, clip, larger, qp_steps, smaller
 from paxel_runtime.local_model import (
+    CHANGE,
     LAB,
     MU,
     POINT,
@@ -29,10 +30,10 @@ from paxel_runtime.local_model import (
     Lab_to_t,
     aim_qp,
     expand,
-    model_change,
+    move_to_trial,
     t_to_Lab,
 )
-from paxel_runtime.model.delta_e import squared_dE00_jet
+from paxel_runtime.model.delta_e import TRUE_dE00, squared_dE00_jet
 
 __all__ = ["CAPPED", "EXACT", "OPTIMUM", "PENDING", "evaluate", "newton", "solve_in_box", "solve_linear"]
 
@@ -41,7 +42,14 @@ Labels: TypeAlias = NDArray[np.uint8]
 
 EXACT, OPTIMUM, CAPPED, PENDING = 0, 1, 2, 255
 
-_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
+_SIMD = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 
 _IN_BOX = 1e-9  # an input may leave 0..1 by rounding of the linear solve
@@ -54,8 +62,7 @@ _ROUNDS = 100  # of a pixel, then it is capped
 # Rows of `newton`'s workspace, after those of the QP and of the local model
 _NU_HERE = WORKSPACE  # 6: multipliers where the pixel stands
 _REG_HERE = _NU_HERE + 6 * LANES  # 1
-_CHANGE = _REG_HERE + LANES  # 1: change of the objective that the model promises
-_FRESH = _CHANGE + LANES  # 1: 1.0 in a lane that was just filled: its trial point is the wanted colour itself
+_FRESH = _REG_HERE + LANES  # 1: 1.0 in a lane that was just filled: its trial point is the wanted colour itself
 _ROUND = _FRESH + LANES  # 1: rounds spent on the pixel
 _TAKE = _ROUND + LANES  # 1: 1.0 where the trial point is taken
 _BACK = _TAKE + LANES  # 1: 1.0 where the pixel goes back
@@ -108,6 +115,15 @@ def solve_linear(
 
 
 @njit(**_SIMD)
+def _set_compliance(w: Floats, value: float) -> None:
+    """S = value times the identity on both surfaces."""
+    for s in (0, 3):
+        w[S_FIRST + s * LANES : S_FIRST + (s + 1) * LANES] = value
+        w[S_REST + s * LANES : S_REST + (s + 1) * LANES] = value
+        w[S_REST + (s + 2) * LANES : S_REST + (s + 3) * LANES] = value
+
+
+@njit(**_SIMD)
 def _write_x(u: Floats, lane: int, x: Floats, pixel: int) -> None:
     for j in range(x.shape[1]):
         x[pixel, j] = clip(u[j * LANES + lane])
@@ -137,8 +153,7 @@ def solve_in_box(
     w = np.zeros(ROWS * LANES)
     u = np.empty(n * LANES)
     v = np.empty(n * LANES)
-    for i in (0, 3, 5, 6, 9, 11):
-        w[S + i * LANES : S + (i + 1) * LANES] = _COMPLIANCE
+    _set_compliance(w, _COMPLIANCE)
     for first in range(0, queue.size, LANES):
         count = min(LANES, queue.size - first)
         w[NU : NU + 6 * LANES] = 0.0
@@ -176,6 +191,7 @@ def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: F
     for i in range(6):
         w[NU + i * LANES + lane] = 0.0
     w[MU + lane] = 0.0
+    w[MU + 3 * LANES + lane] = 0.0
     w[_FRESH + lane] = 1.0
     w[_ROUND + lane] = 0.0
 
@@ -191,28 +207,40 @@ def _choose(w: Floats, row: int, other: int, take: float) -> None:
 
 
 @njit(**_SIMD)
+def _objective(w: Floats, lane: int, offset: int, reg: int) -> float:
+    return w[VALUE + offset + lane] + w[VALUE + offset + 3 * LANES + lane] + _DELTA * w[reg + lane]
+
+
+@njit(**_SIMD)
+def _promise(w: Floats, lane: int) -> float:
+    """Change of the objective that the local model expects at the trial point, <= 0."""
+    return w[CHANGE + lane] + w[CHANGE + 3 * LANES + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+
+
+@njit(**_SIMD)
 def _judge(w: Floats) -> None:
     """Take the trial points or go back, and set the damping: Levenberg and Marquardt's rule on gain / promise."""
     for lane in range(LANES):
-        fresh, solved, mu, promise = w[_FRESH + lane], w[DONE + lane], w[MU + lane], w[_CHANGE + lane]
-        change = w[VALUE + TRIAL + lane] - w[VALUE + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
+        fresh, solved, mu = w[_FRESH + lane], w[DONE + lane], w[MU + lane]
+        promise, change = _promise(w, lane), _objective(w, lane, TRIAL, REG) - _objective(w, lane, 0, _REG_HERE)
         better = 1.0 if change < 1e-4 * promise else 0.0
         weaker = mu * 0.2 if mu > 1e-3 else 0.0
         judged = larger(4.0 * mu, 0.05) if change > 0.25 * promise else mu
         judged = weaker if change < 0.75 * promise else judged
-        w[MU + lane] = (1.0 - fresh) * (judged if solved > 0.0 else mu)
+        mu = (1.0 - fresh) * (judged if solved > 0.0 else mu)
+        w[MU + lane] = mu
+        w[MU + 3 * LANES + lane] = mu
         w[_TAKE + lane] = larger(fresh, solved * better)
         w[_BACK + lane] = (1.0 - fresh) * solved * (1.0 - better)
     for lane in range(LANES):
         take, back = w[_TAKE + lane], w[_BACK + lane]
-        for i in range(0, POINT_ROWS - 1, 3):
+        for i in range(0, POINT_ROWS, 3):
             _choose(w, POINT + i * LANES + lane, POINT + TRIAL + i * LANES + lane, take)
         _choose(w, NU + lane, _NU_HERE + lane, back)
         _choose(w, NU + 3 * LANES + lane, _NU_HERE + 3 * LANES + lane, back)
         _choose(w, _NU_HERE + lane, NU + lane, take)
         _choose(w, _NU_HERE + 3 * LANES + lane, NU + 3 * LANES + lane, take)
-        value, trial, reg_here, reg = w[VALUE + lane], w[VALUE + TRIAL + lane], w[_REG_HERE + lane], w[REG + lane]
-        value = trial if take > 0.0 else value
+        value, reg_here, reg = w[VALUE + lane], w[_REG_HERE + lane], w[REG + lane]
         # the wanted colour is no solution: whatever comes next is better
         w[VALUE + lane] = _NO_VALUE if w[_FRESH + lane] > 0.0 else value
         w[_REG_HERE + lane] = reg if take > 0.0 else reg_here
@@ -240,11 +268,11 @@ def newton(
     or CAPPED where the bound of rounds was met.
     """
     w = np.zeros(_SIZE)
+    second = w[3 * LANES :]  # the workspace as the second surface sees it
     u = np.empty(AT.shape[0] * LANES)
     v = np.empty(AT.shape[0] * LANES)
     # what a surface that is not there contributes: S = 1 and z = 0, so its multipliers stay 0
-    for i in (0, 3, 5, 6, 9, 11):
-        w[S + i * LANES : S + (i + 1) * LANES] = 1.0
+    _set_compliance(w, 1.0)
     per_white = (1.0 / white[0], 1.0 / white[1], 1.0 / white[2])
     black_pattern, black_white = (black[0], black[1], black[2]), (black[3], black[4], black[5])
     pixels = np.full(LANES, -1)
@@ -257,27 +285,21 @@ def newton(
     for lane in range(running, LANES):
         _fill(w, lane, Lab, pixels[0], black, white)
     while running > 0:
-        for lane in range(LANES):
-            w[VALUE + TRIAL + lane] = expand(w, lane, 0, per_white, weights[0])
+        expand(w, per_white, weights[0])
         if surfaces == 2:
-            for lane in range(LANES):
-                w[VALUE + TRIAL + lane] += expand(w, lane, 1, per_white, weights[1])
+            expand(second, per_white, weights[1])
         _judge(w)
-        for lane in range(LANES):
-            aim_qp(w, lane, 0, black_pattern, _DELTA)
+        aim_qp(w, black_pattern, _DELTA)
         if surfaces == 2:
-            for lane in range(LANES):
-                aim_qp(w, lane, 1, black_white, _DELTA)
+            aim_qp(second, black_white, _DELTA)
         qp_steps(w, u, v, AT, 1e-10, _QP_STEPS)
-        for lane in range(LANES):
-            w[_CHANGE + lane] = model_change(w, lane, 0, black_pattern) + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
-            w[_ROUND + lane] += 1.0
+        move_to_trial(w, black_pattern)
         if surfaces == 2:
-            for lane in range(LANES):
-                w[_CHANGE + lane] += model_change(w, lane, 1, black_white)
+            move_to_trial(second, black_white)
         for lane in range(LANES):
             p = pixels[lane]
-            arrived = w[DONE + lane] > 0.0 and w[_CHANGE + lane] > -_CONVERGED and w[VALUE + lane] < _NO_VALUE
+            arrived = w[DONE + lane] > 0.0 and _promise(w, lane) > -_CONVERGED and w[VALUE + lane] < _NO_VALUE
+            w[_ROUND + lane] += 1.0
             if p < 0 or not (arrived or w[_ROUND + lane] >= _ROUNDS):
                 continue
             if arrived:
@@ -314,8 +336,7 @@ def evaluate(x: Floats, Lab: Floats, surfaces: int, AT: Floats, black: Floats, w
             row = 3 * s * LANES
             for lane in range(LANES):
                 L, a, b = t_to_Lab(y[row + lane], y[row + LANES + lane], y[row + 2 * LANES + lane])
-                out[lane] = squared_dE00_jet(
-                    wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane], L, a, b
-                )[0]
+                L1, a1, b1 = wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane]
+                out[lane] = squared_dE00_jet(L1, a1, b1, L, a, b, TRUE_dE00)[0]
             for lane in range(count):
                 dE[first + lane, s] = math.sqrt(out[lane])

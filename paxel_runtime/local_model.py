@@ -5,7 +5,8 @@ On each surface dE00^2 is expanded to second order about the XYZ where the pixel
 2) whatever the darkness of the colour; the curvature of CIELAB itself is added. The Hessian is shifted until it is
 positive, and turned into the compliance S and the aim z of `box_qp`.
 
-Lanes and workspace are those of `box_qp`. This file knows dE00 and CIELAB, not inputs or clusters.
+Lanes and workspace are those of `box_qp`. Functions work on one surface in all lanes; the second surface is the same
+function on the workspace from ``3 * LANES`` on, for every quantity has 3 rows for each surface. This file knows dE00 and CIELAB, not inputs or clusters.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.box_qp import LANES, NU, RES, ROWS, S, Z, larger, smaller
+from paxel_runtime.box_qp import LANES, NU, RES, ROWS, S_FIRST, S_REST, Z, larger, smaller
 from paxel_runtime.model.delta_e import squared_dE00_jet
 
 __all__ = [
+    "CHANGE",
     "LAB",
     "MU",
     "POINT",
@@ -31,32 +33,59 @@ __all__ = [
     "Lab_to_t",
     "aim_qp",
     "expand",
-    "model_change",
+    "move_to_trial",
     "t_to_Lab",
 ]
 
 Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
 
-# Rows of the workspace, after those of the QP
-LAB = ROWS * LANES  # 6: wanted Lab
-MU = LAB + 6 * LANES  # 1: damping, dE00^2 a Lab unit squared
-POINT = MU + LANES  # where the pixel stands, POINT_ROWS rows:
-XYZ = POINT  # 6: XYZ there
-_FP = XYZ + 6 * LANES  # 6: df/dXYZ, f being CIELAB's cube root
-_G = _FP + 6 * LANES  # 6: gradient
-_H = _G + 6 * LANES  # 12: Hessian LL La Lb aa ab bb of each surface, shifted to be positive
-VALUE = _H + 12 * LANES  # 1: dE00^2 + dE00^2
-POINT_ROWS = 31
+# Rows of the workspace, after those of the QP: 3 for each surface (see box_qp) but for the damping
+LAB = ROWS * LANES  # 3: wanted Lab
+CHANGE = LAB + 6 * LANES  # 1: change of dE00^2 that the model promises
+MU = CHANGE + 6 * LANES  # 1 in all, at both surfaces' places: damping, dE00^2 a Lab unit squared
+POINT = MU + 6 * LANES  # where the pixel stands, POINT_ROWS rows:
+XYZ = POINT  # 3: XYZ there
+_FP = XYZ + 6 * LANES  # 3: df/dXYZ, f being CIELAB's cube root
+_G = _FP + 6 * LANES  # 3: gradient
+_H_FIRST = _G + 6 * LANES  # 3: Hessian, shifted to be positive: LL La Lb
+_H_REST = _H_FIRST + 6 * LANES  # 3: aa ab bb
+VALUE = _H_REST + 6 * LANES  # 1: dE00^2
+POINT_ROWS = 36
 TRIAL = POINT_ROWS * LANES  # offset to the same rows of the trial point
 WORKSPACE = POINT + 2 * POINT_ROWS * LANES
 """Size of the workspace; a caller's own rows start here."""
 
-_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
+_SIMD = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+_KERNEL = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 _EPSILON = (6.0 / 29.0) ** 3
 _LINEAR = (29.0 / 6.0) ** 2 / 3.0  # slope of CIELAB's linear branch
 _PER_116 = 1.0 / 116.0
+_SOFTNESS = 1e-10  # dE00^2 is a cone at gray: rounded off within 1e-5 of chroma
 _FLOOR = 0.02  # least curvature of the model: a third of the least of dE00^2 itself
+
+
+@njit(**_SIMD)
+def _load3(w: Floats, row: int) -> Vec3:
+    return w[row], w[row + LANES], w[row + 2 * LANES]
+
+
+@njit(**_SIMD)
+def _store3(w: Floats, row: int, a: float, b: float, c: float) -> None:
+    w[row], w[row + LANES], w[row + 2 * LANES] = a, b, c
 
 
 @njit(**_SIMD)
@@ -128,101 +157,96 @@ def _least_eigenvalue(LL: float, La: float, Lb: float, aa: float, ab: float, bb:
     return _toward_root(z, trace, minors, det, slope_floor)
 
 
-@njit(**_SIMD)
-def expand(w: Floats, lane: int, s: int, per_white: Vec3, weight: float) -> float:
-    """Expand dE00^2 of surface s about the trial point: fills its df/dXYZ, gradient and Hessian, returns the value.
+@njit(**_KERNEL)
+def expand(w: Floats, per_white: Vec3, weight: float) -> None:
+    """Expand weight dE00^2 of one surface about its trial points: value, gradient, Hessian, df/dXYZ.
 
     The curvature of CIELAB adds diag(g f'' / f'^2) in the coordinates f(X), f(Y), f(Z). `per_white` is 1 / white point.
     """
-    y, wanted = XYZ + TRIAL + 3 * s * LANES + lane, LAB + 3 * s * LANES + lane
-    fx, fx1, fx2 = _f(w[y] * per_white[0])
-    fy, fy1, fy2 = _f(w[y + LANES] * per_white[1])
-    fz, fz1, fz2 = _f(w[y + 2 * LANES] * per_white[2])
-    value, gL, ga, gb, LL, aa, ab, bb = squared_dE00_jet(
-        w[wanted],
-        w[wanted + LANES],
-        w[wanted + 2 * LANES],
-        116.0 * fy - 16.0,
-        500.0 * (fx - fy),
-        200.0 * (fy - fz),
-    )
-    gL, ga, gb = weight * gL, weight * ga, weight * gb
-    cx, cy, cz = 500.0 * ga * fx2, (116.0 * gL - 500.0 * ga + 200.0 * gb) * fy2, -200.0 * gb * fz2
-    LL = weight * LL + (cx + cy + cz) * _PER_116**2
-    La, Lb, ab = cx * (0.002 * _PER_116), cz * (-0.005 * _PER_116), weight * ab
-    aa, bb = weight * aa + cx * 0.002**2, weight * bb + cz * 0.005**2
-    shift = larger(0.0, weight * _FLOOR - _least_eigenvalue(LL, La, Lb, aa, ab, bb))
-    row = _FP + TRIAL + 3 * s * LANES + lane
-    w[row], w[row + LANES], w[row + 2 * LANES] = fx1 * per_white[0], fy1 * per_white[1], fz1 * per_white[2]
-    row = _G + TRIAL + 3 * s * LANES + lane
-    w[row], w[row + LANES], w[row + 2 * LANES] = gL, ga, gb
-    row = _H + TRIAL + 6 * s * LANES + lane
-    w[row], w[row + LANES], w[row + 2 * LANES] = LL + shift, La, Lb
-    w[row + 3 * LANES], w[row + 4 * LANES], w[row + 5 * LANES] = aa + shift, ab, bb + shift
-    return weight * value
+    for lane in range(LANES):
+        y, wanted = XYZ + TRIAL + lane, LAB + lane
+        fx, fx1, fx2 = _f(w[y] * per_white[0])
+        fy, fy1, fy2 = _f(w[y + LANES] * per_white[1])
+        fz, fz1, fz2 = _f(w[y + 2 * LANES] * per_white[2])
+        value, gL, ga, gb, LL, aa, ab, bb = squared_dE00_jet(
+            w[wanted],
+            w[wanted + LANES],
+            w[wanted + 2 * LANES],
+            116.0 * fy - 16.0,
+            500.0 * (fx - fy),
+            200.0 * (fy - fz),
+            _SOFTNESS,
+        )
+        gL, ga, gb = weight * gL, weight * ga, weight * gb
+        cx, cy, cz = 500.0 * ga * fx2, (116.0 * gL - 500.0 * ga + 200.0 * gb) * fy2, -200.0 * gb * fz2
+        LL = weight * LL + (cx + cy + cz) * _PER_116**2
+        La, Lb, ab = cx * (0.002 * _PER_116), cz * (-0.005 * _PER_116), weight * ab
+        aa, bb = weight * aa + cx * 0.002**2, weight * bb + cz * 0.005**2
+        shift = larger(0.0, weight * _FLOOR - _least_eigenvalue(LL, La, Lb, aa, ab, bb))
+        _store3(w, _FP + TRIAL + lane, fx1 * per_white[0], fy1 * per_white[1], fz1 * per_white[2])
+        _store3(w, _G + TRIAL + lane, gL, ga, gb)
+        _store3(w, _H_FIRST + TRIAL + lane, LL + shift, La, Lb)
+        _store3(w, _H_REST + TRIAL + lane, aa + shift, ab, bb + shift)
+        w[VALUE + TRIAL + lane] = weight * value
 
 
-@njit(**_SIMD)
-def aim_qp(w: Floats, lane: int, s: int, black: Vec3, delta: float) -> None:
-    """S = delta J^-1 H^-1 J^-T and z = XYZ - black - J^-1 H^-1 g of the QP of one step, for surface s."""
-    row = _H + 6 * s * LANES + lane
-    La, Lb, ab = w[row + LANES], w[row + 2 * LANES], w[row + 4 * LANES]
-    LL, aa, bb = w[row] + w[MU + lane], w[row + 3 * LANES] + w[MU + lane], w[row + 5 * LANES] + w[MU + lane]
-    # the adjugate of H + mu
-    m00, m01, m02 = aa * bb - ab * ab, ab * Lb - La * bb, La * ab - aa * Lb
-    m11, m12, m22 = LL * bb - Lb * Lb, La * Lb - LL * ab, LL * aa - La * La
-    d = 1.0 / (LL * m00 + La * m01 + Lb * m02)
-    row = _FP + 3 * s * LANES + lane
-    x1, y1, z1 = 1.0 / w[row], 1.0 / w[row + LANES], 1.0 / w[row + 2 * LANES]
-    row = _G + 3 * s * LANES + lane
-    gL, ga, gb = w[row], w[row + LANES], w[row + 2 * LANES]
-    # rows of J^-1: dX = x1 (dL / 116 + da / 500), dY = y1 dL / 116, dZ = z1 (dL / 116 - db / 200)
-    L, a, b = _PER_116, 0.002, -0.005
-    X0, X1, X2 = L * m00 + a * m01, L * m01 + a * m11, L * m02 + a * m12
-    Y0, Y1, Y2 = L * m00, L * m01, L * m02
-    Z0, Z1, Z2 = L * m00 + b * m02, L * m01 + b * m12, L * m02 + b * m22
-    e = delta * d
-    row = S + 6 * s * LANES + lane
-    w[row] = e * x1 * x1 * (X0 * L + X1 * a)
-    w[row + LANES] = e * x1 * y1 * (X0 * L)
-    w[row + 2 * LANES] = e * x1 * z1 * (X0 * L + X2 * b)
-    w[row + 3 * LANES] = e * y1 * y1 * (Y0 * L)
-    w[row + 4 * LANES] = e * y1 * z1 * (Y0 * L + Y2 * b)
-    w[row + 5 * LANES] = e * z1 * z1 * (Z0 * L + Z2 * b)
-    row, y = Z + 3 * s * LANES + lane, XYZ + 3 * s * LANES + lane
-    w[row] = w[y] - black[0] - d * x1 * (X0 * gL + X1 * ga + X2 * gb)
-    w[row + LANES] = w[y + LANES] - black[1] - d * y1 * (Y0 * gL + Y1 * ga + Y2 * gb)
-    w[row + 2 * LANES] = w[y + 2 * LANES] - black[2] - d * z1 * (Z0 * gL + Z1 * ga + Z2 * gb)
+@njit(**_KERNEL)
+def aim_qp(w: Floats, black: Vec3, delta: float) -> None:
+    """S = delta J^-1 H^-1 J^-T and z = XYZ - black - J^-1 H^-1 g of the QP of one step, for one surface."""
+    for lane in range(LANES):
+        mu = w[MU + lane]
+        LL, La, Lb = _load3(w, _H_FIRST + lane)
+        aa, ab, bb = _load3(w, _H_REST + lane)
+        LL, aa, bb = LL + mu, aa + mu, bb + mu
+        # the adjugate of H + mu
+        m00, m01, m02 = aa * bb - ab * ab, ab * Lb - La * bb, La * ab - aa * Lb
+        m11, m12, m22 = LL * bb - Lb * Lb, La * Lb - LL * ab, LL * aa - La * La
+        d = 1.0 / (LL * m00 + La * m01 + Lb * m02)
+        fx1, fy1, fz1 = _load3(w, _FP + lane)
+        x1, y1, z1 = 1.0 / fx1, 1.0 / fy1, 1.0 / fz1
+        gL, ga, gb = _load3(w, _G + lane)
+        # rows of J^-1: dX = x1 (dL / 116 + da / 500), dY = y1 dL / 116, dZ = z1 (dL / 116 - db / 200)
+        L, a, b = _PER_116, 0.002, -0.005
+        X0, X1, X2 = L * m00 + a * m01, L * m01 + a * m11, L * m02 + a * m12
+        Y0, Y1, Y2 = L * m00, L * m01, L * m02
+        Z0, Z1, Z2 = L * m00 + b * m02, L * m01 + b * m12, L * m02 + b * m22
+        e = delta * d
+        _store3(
+            w, S_FIRST + lane, e * x1 * x1 * (X0 * L + X1 * a), e * x1 * y1 * X0 * L, e * x1 * z1 * (X0 * L + X2 * b)
+        )
+        _store3(
+            w, S_REST + lane, e * y1 * y1 * Y0 * L, e * y1 * z1 * (Y0 * L + Y2 * b), e * z1 * z1 * (Z0 * L + Z2 * b)
+        )
+        tx, ty, tz = _load3(w, XYZ + lane)
+        _store3(
+            w,
+            Z + lane,
+            tx - black[0] - d * x1 * (X0 * gL + X1 * ga + X2 * gb),
+            ty - black[1] - d * y1 * (Y0 * gL + Y1 * ga + Y2 * gb),
+            tz - black[2] - d * z1 * (Z0 * gL + Z1 * ga + Z2 * gb),
+        )
 
 
-@njit(**_SIMD)
-def model_change(w: Floats, lane: int, s: int, black: Vec3) -> float:
-    """Set the trial XYZ of surface s from the QP (A x = z - S nu - R); the change of dE00^2 the model promises."""
-    nu, c, z, r = (
-        NU + 3 * s * LANES + lane,
-        S + 6 * s * LANES + lane,
-        Z + 3 * s * LANES + lane,
-        RES + 3 * s * LANES + lane,
-    )
-    n0, n1, n2 = w[nu], w[nu + LANES], w[nu + 2 * LANES]
-    tx = black[0] + w[z] - w[r] - (w[c] * n0 + w[c + LANES] * n1 + w[c + 2 * LANES] * n2)
-    ty = black[1] + w[z + LANES] - w[r + LANES] - (w[c + LANES] * n0 + w[c + 3 * LANES] * n1 + w[c + 4 * LANES] * n2)
-    tz = (
-        black[2]
-        + w[z + 2 * LANES]
-        - w[r + 2 * LANES]
-        - (w[c + 2 * LANES] * n0 + w[c + 4 * LANES] * n1 + w[c + 5 * LANES] * n2)
-    )
-    y = XYZ + 3 * s * LANES + lane
-    row = _FP + 3 * s * LANES + lane
-    dx = w[row] * (tx - w[y])
-    dy = w[row + LANES] * (ty - w[y + LANES])
-    dz = w[row + 2 * LANES] * (tz - w[y + 2 * LANES])
-    w[y + TRIAL], w[y + TRIAL + LANES], w[y + TRIAL + 2 * LANES] = tx, ty, tz
-    L, a, b = 116.0 * dy, 500.0 * (dx - dy), 200.0 * (dy - dz)
-    row = _H + 6 * s * LANES + lane
-    LL, La, Lb = w[row] + w[MU + lane], w[row + LANES], w[row + 2 * LANES]
-    aa, ab, bb = w[row + 3 * LANES] + w[MU + lane], w[row + 4 * LANES], w[row + 5 * LANES] + w[MU + lane]
-    row = _G + 3 * s * LANES + lane
-    linear = w[row] * L + w[row + LANES] * a + w[row + 2 * LANES] * b
-    return linear + 0.5 * (LL * L * L + aa * a * a + bb * b * b) + La * L * a + Lb * L * b + ab * a * b
+@njit(**_KERNEL)
+def move_to_trial(w: Floats, black: Vec3) -> None:
+    """Set the trial XYZ of one surface from the QP (A x = z - S nu - R), and the change of dE00^2 the model promises."""
+    for lane in range(LANES):
+        s00, s01, s02 = _load3(w, S_FIRST + lane)
+        s11, s12, s22 = _load3(w, S_REST + lane)
+        n0, n1, n2 = _load3(w, NU + lane)
+        z0, z1, z2 = _load3(w, Z + lane)
+        r0, r1, r2 = _load3(w, RES + lane)
+        tx = black[0] + z0 - r0 - (s00 * n0 + s01 * n1 + s02 * n2)
+        ty = black[1] + z1 - r1 - (s01 * n0 + s11 * n1 + s12 * n2)
+        tz = black[2] + z2 - r2 - (s02 * n0 + s12 * n1 + s22 * n2)
+        _store3(w, XYZ + TRIAL + lane, tx, ty, tz)
+        hx, hy, hz = _load3(w, XYZ + lane)
+        fx1, fy1, fz1 = _load3(w, _FP + lane)
+        dx, dy, dz = fx1 * (tx - hx), fy1 * (ty - hy), fz1 * (tz - hz)
+        L, a, b = 116.0 * dy, 500.0 * (dx - dy), 200.0 * (dy - dz)
+        mu = w[MU + lane]
+        gL, ga, gb = _load3(w, _G + lane)
+        LL, La, Lb = _load3(w, _H_FIRST + lane)
+        aa, ab, bb = _load3(w, _H_REST + lane)
+        diagonal = 0.5 * ((LL + mu) * L * L + (aa + mu) * a * a + (bb + mu) * b * b)
+        w[CHANGE + lane] = gL * L + ga * a + gb * b + diagonal + La * L * a + Lb * L * b + ab * a * b

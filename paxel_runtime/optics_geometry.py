@@ -195,7 +195,7 @@ def camera_to_fine_grid(maps: BenchMaps, grid: FineGrid, camera_resolution: tupl
     """Sample of the fine grid (x, y) that every 4th camera pixel sees, (rows, columns, 2), in x and y.
 
     Node [j, i] belongs to camera pixel (4 i, 4 j); the last nodes lie at or beyond the picture's rim. The maps bend so
-    little that linear interpolation between nodes is true to 1e-4 camera pixels.
+    little that linear interpolation between nodes is true to 1e-3 camera pixels (rms 1e-4).
     """
     columns, rows = (-(-(size - 1) // LATTICE_PX) + 1 for size in camera_resolution)
     nodes = np.empty((rows, columns, 2))
@@ -208,7 +208,7 @@ def camera_to_fine_grid(maps: BenchMaps, grid: FineGrid, camera_resolution: tupl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def wave_at(u: float, v: float, wave_mm: NDArray[np.float64]) -> tuple[float, float]:
+def _wave_at(u: float, v: float, wave_mm: NDArray[np.float64]) -> tuple[float, float]:
     """Displacement in mm of the light of raster position (u, v); the nearest known value beyond the raster."""
     rows, columns = wave_mm.shape[1], wave_mm.shape[2]
     if rows == 0:
@@ -227,12 +227,12 @@ def wave_at(u: float, v: float, wave_mm: NDArray[np.float64]) -> tuple[float, fl
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def to_wall(u: float, v: float, maps: BenchMaps) -> tuple[float, float]:
-    """`raster_to_wall` of one point, for other kernels."""
+def _to_wall(u: float, v: float, maps: BenchMaps) -> tuple[float, float]:
+    """`raster_to_wall` of one point."""
     nx, ny = (u - maps.raster_centre[0]) / maps.radius_px, (maps.raster_centre[1] - v) / maps.radius_px
     stretch = 1.0 + maps.distortion[0] * (nx * nx + ny * ny)
     x, y = _project(maps.raster_to_wall, nx * stretch, ny * stretch)
-    dx, dy = wave_at(u, v, maps.wave_mm)
+    dx, dy = _wave_at(u, v, maps.wave_mm)
     return x + dx, y + dy
 
 
@@ -256,7 +256,7 @@ def _undistortion(x: float, y: float, k: float) -> float:
 def _points_to_wall(points: NDArray[np.float64], maps: BenchMaps) -> NDArray[np.float64]:
     wall = np.empty_like(points)
     for i in range(len(points)):
-        wall[i, 0], wall[i, 1] = to_wall(points[i, 0], points[i, 1], maps)
+        wall[i, 0], wall[i, 1] = _to_wall(points[i, 0], points[i, 1], maps)
     return wall
 
 
@@ -274,6 +274,6 @@ def _camera_nodes_to_raster(first_row: int, maps: BenchMaps, nodes: NDArray[np.f
                 factor = _undistortion(qx, qy, maps.distortion[0])
                 u = maps.raster_centre[0] + maps.radius_px * qx * factor
                 v = maps.raster_centre[1] - maps.radius_px * qy * factor
-                dx, dy = wave_at(u, v, maps.wave_mm)
+                dx, dy = _wave_at(u, v, maps.wave_mm)
             nodes[j, i, 0] = u
             nodes[j, i, 1] = v

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates, uniform_filter
 
 from paxel_runtime import registration_fit as fit
+from paxel_runtime import registration_start as begin
 from paxel_runtime.errors import CalibrationError, InputError
 from paxel_runtime.structured_light import REASONS, Decoded
 
@@ -79,25 +80,25 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
             "focus of the structured-light captures"
         )
     samples = _draw(decoded, rows, columns, seed)
-    start = fit.fit_start(samples, width, height, seed)
+    start = begin.fit_start(samples, width, height, seed)
     weight = (samples.signal / np.median(samples.signal)) ** 2
     points = (decoded.projector_xy, decoded.signal, float(np.median(samples.signal)))
-    table = fit.polynomial_grid(start.coefficients, width, height)
+    table = begin.polynomial_grid(start.coefficients, width, height)
     # what the first polynomial cannot follow is no outlier yet
     sums, _ = fit.gather(*points, table, start.ink_px2, max(start.cutoff_px, _LOOSE * _pitch(table)))
-    coefficients, sums, degree = fit.choose_degree(sums, start.coefficients, width, height, seed)
+    coefficients, sums = fit.choose_degree(sums, start.coefficients, width, height, seed)
     sigma_px = fit.choose_sigma(sums, seed)
-    table = fit.polynomial_grid(coefficients, width, height)
+    table = begin.polynomial_grid(coefficients, width, height)
     table += fit.blocks_to_pixels(fit.smooth_blocks(sums, sigma_px), width, height)
     residual = _residual(samples, table, start.ink_px2)
-    _, cutoff_px = fit.tukey(residual, weight, np.hypot(*residual.T) < _pitch(table))
+    _, cutoff_px = begin.tukey(residual, weight, np.hypot(*residual.T) < _pitch(table))
     sums, hit = fit.gather(*points, table, start.ink_px2, cutoff_px)
     if math.isfinite(sigma_px):
         table += fit.blocks_to_pixels(fit.smooth_blocks(sums, sigma_px), width, height)
     camera_xy = np.ascontiguousarray(np.moveaxis(table, 0, -1), np.float32)
     valid = _supported(hit) & _in_picture(camera_xy, decoded.reason.shape)
     figures: dict[str, float | None] = {
-        "degree": degree,
+        "degree": begin.degree_of(coefficients),
         "sigma_px": sigma_px if math.isfinite(sigma_px) else None,
         "points": int(rows.size),
         **_scatter(_residual(samples, table, start.ink_px2), _pitch(table)),
@@ -107,14 +108,14 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
     return ChannelRegistration(camera_xy, valid, figures)
 
 
-def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64], seed: int) -> fit.Samples:
+def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64], seed: int) -> begin.Samples:
     """A random choice of decoded camera pixels."""
-    chosen = np.random.default_rng(seed).permutation(rows.size)[:_SAMPLES]
+    chosen = np.random.default_rng(seed).choice(rows.size, min(_SAMPLES, rows.size), replace=False, shuffle=False)
     rows, columns = rows[chosen], columns[chosen]
     uv = decoded.projector_xy[rows, columns].astype(np.float64)
     xy = np.column_stack([columns, rows]).astype(np.float64)
     signal = decoded.signal[rows, columns].astype(np.float64)
-    return fit.Samples(uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(decoded.signal, rows, columns))
+    return begin.Samples(uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(decoded.signal, rows, columns))
 
 
 def _pitch(table: NDArray[np.float64]) -> float:
@@ -134,7 +135,7 @@ def _in_picture(camera_xy: NDArray[np.float32], shape: tuple[int, ...]) -> NDArr
     return (x >= 0) & (x <= shape[1] - 1) & (y >= 0) & (y <= shape[0] - 1)
 
 
-def _residual(samples: fit.Samples, table: NDArray[np.float64], ink_px2: float) -> NDArray[np.float64]:
+def _residual(samples: begin.Samples, table: NDArray[np.float64], ink_px2: float) -> NDArray[np.float64]:
     """Residuals (n, 2) of the sampled points, camera pixels."""
     fitted = np.stack([map_coordinates(plane, [samples.v, samples.u], order=1, mode="nearest") for plane in table], -1)
     return samples.xy + ink_px2 * samples.gradient - fitted
@@ -176,16 +177,17 @@ def warp_to_nodal(picture: NDArray[np.number], camera_xy: NDArray[np.floating]) 
             f"warping needs a picture (h, w) or (h, w, c) and a table (H, W, 2), got {picture.shape} and "
             f"{camera_xy.shape}"
         )
-    planes = picture if picture.ndim == 3 else picture[..., None]
-    nodal = _bilinear(np.ascontiguousarray(planes), np.ascontiguousarray(camera_xy))
+    # one kind of array whatever comes in, so that the kernel compiles once; float32 holds 16 bits exactly
+    planes = np.ascontiguousarray(picture if picture.ndim == 3 else picture[..., None], np.float32)
+    nodal = _bilinear(planes, np.ascontiguousarray(camera_xy, np.float32))
     return nodal if picture.ndim == 3 else nodal[..., 0]
 
 
-@nb.njit(cache=True, parallel=True)
-def _bilinear(planes: NDArray[np.number], camera_xy: NDArray[np.floating]) -> NDArray[np.float32]:
+@nb.njit(cache=True)
+def _bilinear(planes: NDArray[np.float32], camera_xy: NDArray[np.float32]) -> NDArray[np.float32]:
     h, w, channels = planes.shape
     nodal = np.empty((camera_xy.shape[0], camera_xy.shape[1], channels), np.float32)
-    for row in nb.prange(camera_xy.shape[0]):
+    for row in range(camera_xy.shape[0]):
         for column in range(camera_xy.shape[1]):
             x = float(camera_xy[row, column, 0])
             y = float(camera_xy[row, column, 1])

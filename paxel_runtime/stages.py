@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.acquisition import load_captures
-from paxel_runtime.calibration import fit_model, prediction_error
+from paxel_runtime.calibration import field_ratios, fit_model, prediction_error
 from paxel_runtime.clustering import label_picture
 from paxel_runtime.devices.base import Devices
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
@@ -36,6 +36,7 @@ from paxel_runtime.storage import (
     read_image,
     read_json,
     read_npz,
+    read_tiff,
     write_image,
     write_json,
     write_npz,
@@ -122,6 +123,14 @@ def calibrate(installation: Installation) -> dict[str, Any]:
             if count != K
         },
     }
+    ratios = field_ratios(
+        lambda name: read_tiff(installation.folder("captures") / f"{name}.tif"),
+        captures.plan,
+        channels,
+        captures.camera_xy,
+        captures.valid,
+        models[K].clusters,
+    )
     with installation.writing("calibration") as folder:
         write_json(folder / "accuracy.json", accuracy)
         write_json(folder / "model.json", model_to_dict(models[K]))
@@ -142,6 +151,7 @@ def calibrate(installation: Installation) -> dict[str, Any]:
                 "accuracy": accuracy,
                 "registration": captures.facts["registration"],
                 "clusters": captures.facts["clusters"],
+                "field_ratios": ratios,
             },
         )
     return accuracy

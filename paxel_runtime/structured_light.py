@@ -16,30 +16,35 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from paxel_runtime import structured_light_kernels as kernels
 from paxel_runtime.errors import CalibrationError, InputError
+from paxel_runtime.structured_light_checks import (
+    DECODED,
+    DISAGREE,
+    LINE_PERIOD,
+    NO_GUIDE,
+    OUTSIDE,
+    REASONS,
+    SATURATED,
+    TOLERANCE_PX,
+    TOO_DARK,
+    WEAK_BIT,
+    WEAK_LINE,
+    SensorNoise,
+    check_agreement,
+    check_lines,
+    gray_name,
+    line_name,
+    odd_share,
+    read_noise,
+    refuse_dark,
+    refuse_odd_pairs,
+)
+from paxel_runtime.structured_light_ripple import remove_ripple
 
 __all__ = ["LINE_PERIOD", "REASONS", "Decoded", "LightFrame", "SensorNoise", "decode", "plan_frames"]
-
-LINE_PERIOD = 8
-"""Projector pixels from one line to the next, and number of shifts."""
-
-REASONS = (
-    "decoded",
-    "too dark",
-    "saturated",
-    "bit contrast too low",
-    "line contrast too low",
-    "lines and Gray code disagree",
-    "outside the frame",
-    "not seen by the guide channel",
-)
-"""Why a camera pixel has no coordinate: text of each value of `Decoded.reason`."""
-DECODED, TOO_DARK, SATURATED, WEAK_BIT, WEAK_LINE, DISAGREE, OUTSIDE, NO_GUIDE = range(len(REASONS))
 
 _AXES: tuple[Literal["x", "y"], ...] = ("x", "y")
 _SATURATION = 65400
@@ -48,19 +53,13 @@ _LEAST_BIT_CONTRAST = 3.0
 """Contrast-to-noise ratio of a bit: a wrong bit needs noise of more than 3 sigma against it."""
 _LEAST_LINE_CONTRAST = 3.0
 """Of the lines' first harmonic: its phase is then known to 0.4 projector pixels or better."""
-_TOLERANCE_PX = 2.0
-"""Lines against Gray code: half a bin of 2 pixels, plus a neighbouring bin's edge moved by ink and noise."""
 _GUIDE_TOLERANCE_PX = 3.0
 """Lines against the guide channel: its neighbours stand in for it, up to `_GUIDE_REACH` camera pixels away."""
 _GUIDE_REACH = 4
-_MARGIN_PX = 1.5
-"""At the frame's rim a line lacks its neighbour, which would pull the phase inwards."""
 _SAMPLE = 150_000
 """Camera pixels that statistics of whole captures are made from."""
-_MOST_WRONG = 0.05
-"""Share of lit pixels that may break a check of order before the captures are refused."""
-_BLOCK = 32
-"""Camera pixels along a block in which the ripple of the lines is measured."""
+_MARGIN_PX = 1.5
+"""At the frame's rim a line lacks its neighbour, which would pull the phase inwards."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +95,6 @@ class LightFrame:
             )
         profile = self.profile[None, :] if self.axis == "x" else self.profile[:, None]
         return np.broadcast_to(profile, (height, width))
-
-
-@dataclass(frozen=True)
-class SensorNoise:
-    """Noise of a raw value I: its variance is ``read_variance + gain * I``, both in raw units (0..65535)."""
-
-    read_variance: float
-    gain: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,11 +159,11 @@ def plan_frames(width: int, height: int, *, coarse: bool = True) -> tuple[LightF
             index = np.arange(lengths[axis]) >> 1
             for bit in reversed(range(_bits(lengths[axis]))):
                 lit = ((index ^ (index >> 1)) >> bit & 1).astype(bool)
-                name = _gray_name(axis, bit)
+                name = gray_name(axis, bit)
                 frames += [LightFrame(name, axis, lit), LightFrame(f"{name}-inverse", axis, ~lit)]
     for axis in _AXES:
         place = np.arange(lengths[axis]) % LINE_PERIOD
-        frames += [LightFrame(_line_name(axis, shift), axis, place == shift) for shift in range(LINE_PERIOD)]
+        frames += [LightFrame(line_name(axis, shift), axis, place == shift) for shift in range(LINE_PERIOD)]
     return tuple(frames)
 
 
@@ -181,7 +172,7 @@ def decode(
 ) -> Decoded:
     """Sub-pixel projector coordinates of every camera pixel, from captures read one or two at a time.
 
-    Needs about 40 bytes a camera pixel beside the captures at hand.
+    Needs about 50 bytes a camera pixel beside the captures at hand.
 
     Parameters
     ----------
@@ -208,17 +199,19 @@ def decode(
         noise = guide.noise
     clipped = np.zeros(reason.shape, bool)
     signal = np.zeros(reason.shape, np.float32)
-    places, tolerance_px = [], _TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX
+    places, tolerance_px = [], TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX
     for axis, length, guess in zip(_AXES, (width, height), coarse, strict=True):
         wave, total = _add_lines(captures, axis, guess, reason, clipped)
         place = np.empty(reason.shape, np.float32)
         limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
-        kernels.join_lines(wave, total, guess, LINE_PERIOD, *limits, (TOO_DARK, WEAK_LINE, DISAGREE, OUTSIDE), reason, place)
+        kernels.join_lines(
+            wave, total, guess, LINE_PERIOD, *limits, (TOO_DARK, WEAK_LINE, DISAGREE, OUTSIDE), reason, place
+        )
         signal += np.hypot(wave[0], wave[1]) / np.float32(2)
         places.append(place)
     reason[clipped & (reason != TOO_DARK)] = SATURATED
-    _check_agreement(reason)
-    ripple_px = tuple(_remove_ripple(place, signal, reason) for place in places)
+    check_agreement(reason)
+    ripple_px = tuple(remove_ripple(place, signal, reason) for place in places)
     projector_xy = np.stack(places, axis=-1)
     projector_xy[reason != DECODED] = np.nan
     return Decoded(projector_xy, signal, reason, noise, (ripple_px[0], ripple_px[1]))
@@ -243,7 +236,8 @@ class _Captures:
                 f"capture {name} has {capture.shape[1]} x {capture.shape[0]} pixels, the others "
                 f"{self.shape[1]} x {self.shape[0]}: take it again with the same camera setting"
             )
-        return capture
+        # one layout, so that the kernels compile once
+        return np.require(capture, requirements=["C", "W"])
 
     def stride(self) -> int:
         """Step along both axes that leaves about `_SAMPLE` pixels of a capture."""
@@ -258,93 +252,36 @@ def _decode_gray(
     step = captures.stride()
     few_black = black[::step, ::step].astype(np.float64)
     few_light = white[::step, ::step] - few_black
+    refuse_dark(few_light)
     noise: SensorNoise | None = None
-    coarse, odd = [], []
+    coarse: list[NDArray[np.float32]] = []
+    sums: list[tuple[str, float]] = []
     reason = np.zeros(white.shape, np.uint8)
     for axis, length in zip(_AXES, (width, height), strict=True):
         code, doubt = np.zeros(white.shape, np.uint16), np.zeros(white.shape, np.uint8)
         for bit in reversed(range(_bits(length))):
-            name = _gray_name(axis, bit)
+            name = gray_name(axis, bit)
             lit, inverse = captures(name), captures(f"{name}-inverse")
             few_sum = lit[::step, ::step].astype(np.float64) + inverse[::step, ::step] - 2.0 * few_black
             if noise is None:
-                noise = _read_noise(few_light, few_black, few_sum)
+                noise = read_noise(few_light, few_black, few_sum)
                 _mark_dark(white, black, noise, reason)
-            share = _share_odd(few_light, few_black, few_sum, noise)
-            if share > _MOST_WRONG:
-                odd.append((name, share))
+            sums.append((name, odd_share(few_light, few_black, few_sum, noise)))
             args = (noise.gain, noise.read_variance, _LEAST_BIT_CONTRAST)
             kernels.add_gray_pair(lit, inverse, bit, *args, code, doubt)
         coarse.append(kernels.gray_to_position(code, doubt, _bits(length), reason, WEAK_BIT))
     assert noise is not None  # both axes have at least 3 bits
-    _refuse_odd_pairs(odd, _bits(width) + _bits(height))
+    refuse_odd_pairs(sums)
     return coarse, reason, noise
-
-
-def _read_noise(light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64]) -> SensorNoise:
-    """Noise from samples of white - black, black, and a complementary pair minus twice black.
-
-    Were there no noise, the pair's sum would be proportional to white - black (the factor is the lamp's drift); the
-    variance of what differs, 4 read_variance + 2 gain (white + black), is fitted over classes of brightness.
-    """
-    bright = light > np.percentile(light, 75)
-    factor = float(np.median(pair_sum[bright] / np.maximum(light[bright], 1.0))) if bright.any() else 1.0
-    difference = (pair_sum - factor * light).ravel()
-    # sorted by the mean of both: sorted by either one, a class would be biased by the noise that put a pixel in it
-    level = (0.5 * (pair_sum + light) + 2.0 * black).ravel()
-    steps = np.diff(np.unique(black))
-    rounding = float(steps.min()) ** 2 / 12.0 if steps.size else 1.0 / 12.0
-    levels, variances = [], []
-    for members in np.array_split(np.argsort(level, kind="stable"), 24):
-        squares = difference[members] ** 2
-        # trimmed, as edges of ink may have moved; not a median, which few steps of rounding would make 0
-        kept = squares[squares <= 36.0 * max(float(np.median(squares)), 4.0 * rounding)]
-        levels.append(max(float(np.mean(level[members])), 0.0))
-        variances.append(max(float(np.mean(kept)), 4.0 * rounding))
-    rows = np.column_stack([np.full(len(levels), 4.0), 2.0 * np.array(levels)]) / np.array(variances)[:, None]
-    (read_variance, gain), _ = nnls(rows, np.ones(len(levels)))
-    return SensorNoise(max(float(read_variance), rounding), float(gain))
 
 
 def _mark_dark(
     white: NDArray[np.uint16], black: NDArray[np.uint16], noise: SensorNoise, reason: NDArray[np.uint8]
 ) -> None:
-    """Mark what the projector does not light; refuse captures in which that is nearly everything."""
+    """Mark what the projector does not light."""
     light = white.astype(np.float32) - black
     sigma = np.sqrt(np.float32(2.0 * noise.read_variance) + np.float32(noise.gain) * (white.astype(np.float32) + black))
     reason[light < np.float32(_LEAST_BIT_CONTRAST) * sigma] = TOO_DARK
-    share = float(np.mean(reason == DECODED))
-    if share < 0.01:
-        raise CalibrationError(
-            f"white must be brighter than black where the projector shines, it is on {share:.1%} of the camera's "
-            "picture: is the projection in view, the lens open, and white taken while white was shown?"
-        )
-
-
-def _share_odd(
-    light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64], noise: SensorNoise
-) -> float:
-    """Share of the well-lit samples at which a complementary pair does not add up to white + black."""
-    sigma = np.sqrt(4.0 * noise.read_variance + 2.0 * noise.gain * np.maximum(light + 2.0 * black, 0.0))
-    lit = light > 20.0 * sigma
-    if not lit.any():
-        lit = light > np.percentile(light, 90)
-    # a frame taken for its complement is wrong by all of the light, drift of the lamp by a few percent
-    return float(np.mean(np.abs(pair_sum[lit] - light[lit]) > 0.25 * light[lit]))
-
-
-def _refuse_odd_pairs(odd: list[tuple[str, float]], pairs: int) -> None:
-    if not odd:
-        return
-    listed = ", ".join(f"{name} ({share:.0%})" for name, share in odd[:6]) + (", ..." if len(odd) > 6 else "")
-    if len(odd) > pairs // 2:
-        cause = "white or black is not what it should be, or the camera, the sheet or the light changed"
-    else:
-        cause = "they are out of order, repeated or old, or something moved while they were taken"
-    raise CalibrationError(
-        f"a Gray-code capture and its inverse must add up to white + black on at least {1 - _MOST_WRONG:.0%} of the "
-        f"lit pixels; {len(odd)} of {pairs} pairs do not (share of pixels off): {listed}: {cause}; take them again"
-    )
 
 
 def _add_lines(
@@ -362,147 +299,14 @@ def _add_lines(
     few_coarse = coarse[::step, ::step][known].astype(np.float64)
     samples = []
     for shift in range(LINE_PERIOD):
-        capture = captures(_line_name(axis, shift))
+        capture = captures(line_name(axis, shift))
         angle = 2.0 * np.pi * shift / LINE_PERIOD
         kernels.add_line(capture, np.cos(angle), np.sin(angle), _SATURATION, wave, total, clipped)
         samples.append(capture[::step, ::step][known].astype(np.float64))
-    _check_lines(axis, np.array(samples), few_coarse)
+    check_lines(axis, np.array(samples), few_coarse)
     return wave, total
-
-
-def _check_lines(axis: Literal["x", "y"], samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> None:
-    """Refuse line captures that do not light the columns (rows) they should by the coarse position."""
-    if coarse.size < 4 * LINE_PERIOD:
-        return
-    light = samples - np.mean(samples, axis=0)
-    seen = light @ np.exp(2j * np.pi * coarse / LINE_PERIOD)
-    shown = np.round(np.angle(seen) * LINE_PERIOD / (2.0 * np.pi)).astype(int) % LINE_PERIOD
-    shifts = np.arange(LINE_PERIOD)
-    absent = np.abs(seen) < 0.3 * np.median(np.abs(seen))
-    wrong = shifts[absent | (shown != shifts)]
-    if not wrong.size:
-        return
-    if wrong.size > LINE_PERIOD // 2:
-        culprit = _exchanged_bit(axis, samples, coarse)
-        raise CalibrationError(
-            f"the shifted lines of axis {axis} contradict its coarse positions in {wrong.size} of {LINE_PERIOD} "
-            f"captures: {culprit}; show the frames in the order of the plan and take them again"
-        )
-    listed = ", ".join(
-        f"{_line_name(axis, s)} shows {'no line' if absent[s] else _line_name(axis, int(shown[s]))}" for s in wrong
-    )
-    raise CalibrationError(f"captures of shifted lines are out of order, repeated or old: {listed}; take them again")
-
-
-def _exchanged_bit(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> str:
-    """Name the Gray-code pair whose exchange would make lines and Gray code agree."""
-    wave = np.exp(2j * np.pi * np.arange(LINE_PERIOD) / LINE_PERIOD) @ samples
-    line = np.angle(wave) * LINE_PERIOD / (2.0 * np.pi)
-    index = np.floor(np.maximum(coarse, 0.0) / 2.0).astype(np.int64)
-    bits = max(int(index.max()).bit_length(), 1)
-    for bit in range(bits):
-        flipped, gray = np.zeros_like(index), index ^ (index >> 1) ^ (1 << bit)
-        for k in reversed(range(bits)):
-            flipped = (flipped << 1) | ((flipped & 1) ^ (gray >> k & 1))
-        off = (line - (2.0 * flipped + 0.5) + LINE_PERIOD / 2) % LINE_PERIOD - LINE_PERIOD / 2
-        if np.mean(np.abs(off) <= _TOLERANCE_PX) > 1.0 - _MOST_WRONG:
-            return f"{_gray_name(axis, bit)} and its inverse are exchanged"
-    return "the captures are out of order, or of a projector of another size"
-
-
-def _check_agreement(reason: NDArray[np.uint8]) -> None:
-    """Refuse captures whose pixels mostly decode to nonsense."""
-    decoded, disagree = int(np.sum(reason == DECODED)), int(np.sum(reason == DISAGREE))
-    if disagree > 0.25 * (decoded + disagree):
-        raise CalibrationError(
-            f"lines and coarse positions must agree within {_TOLERANCE_PX:.0f} projector pixels; they differ on "
-            f"{disagree / (decoded + disagree):.0%} of the pixels: the captures are out of order, or the camera or the "
-            "sheet moved between them; take them again"
-        )
-    if decoded < 0.002 * reason.size:
-        counts = np.bincount(reason.ravel(), minlength=len(REASONS))
-        most = REASONS[int(np.argmax(counts[1:])) + 1]
-        raise CalibrationError(
-            f"structured light could be decoded on {decoded} of {reason.size} camera pixels (mostly: {most}): check "
-            "exposure and focus, and that the projection fills most of the picture"
-        )
-
-
-def _remove_ripple(place: NDArray[np.float32], signal: NDArray[np.float32], reason: NDArray[np.uint8]) -> float:
-    """Take out of `place` (in place) what the lines' shape adds to their phase; returns its rms amplitude, pixels.
-
-    With 8 shifts the first harmonic also collects the profile's harmonics 7 and 9: an error of up to 0.02 pixels
-    (blur 0.36) or 0.03 (fill factor 0.9), periodic in one projector pixel. It is measured against the local plane of
-    the picture, as a smooth function of the place in it (blur grows to the corners).
-    """
-    ripple, information = _block_ripple(place, signal, reason)
-    used = np.argwhere(information[..., 0, 0] > 0)
-    if len(used) < 4:
-        return 0.0
-    extent = np.maximum(np.array(place.shape) / _BLOCK, 1.0)
-    terms = _ripple_terms(2.0 * (used + 0.5) / extent - 1.0)
-    a, b = ripple[used[:, 0], used[:, 1]].T
-    aa, ab, bb = (information[used[:, 0], used[:, 1], i, j] for i, j in ((0, 0), (0, 1), (1, 1)))
-    n = terms.shape[1]
-    normal = np.zeros((2 * n, 2 * n))
-    normal[:n, :n] = terms.T @ (aa[:, None] * terms)
-    normal[n:, n:] = terms.T @ (bb[:, None] * terms)
-    normal[:n, n:] = terms.T @ (ab[:, None] * terms)
-    normal[n:, :n] = normal[:n, n:].T
-    right = np.concatenate([terms.T @ (aa * a + ab * b), terms.T @ (ab * a + bb * b)])
-    # amplitudes of more than a few hundredths of a pixel do not occur; matters only where little is known
-    solution = np.linalg.solve(normal + np.eye(2 * n) / 0.02**2, right).reshape(2, n)
-    rows = chebyshev.chebvander(2.0 * (np.arange(place.shape[0]) + 0.5) / place.shape[0] - 1.0, 4)
-    columns = chebyshev.chebvander(2.0 * (np.arange(place.shape[1]) + 0.5) / place.shape[1] - 1.0, 4)
-    cosine = np.zeros((2, 5, 5))
-    cosine[:, _DEGREES[:, 0], _DEGREES[:, 1]] = solution
-    return kernels.subtract_ripple(place, rows @ cosine, columns)
-
-
-def _block_ripple(
-    place: NDArray[np.float32], signal: NDArray[np.float32], reason: NDArray[np.uint8]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Cosine and sine amplitude in each block, (rows, columns, 2), and their information, (rows, columns, 2, 2).
-
-    In a block the position is a quadratic of the picture's coordinates plus the ripple. The quadratic is eliminated
-    (Schur complement), so that a block in which the two cannot be told apart has no say.
-    """
-    rows, columns = place.shape[0] // _BLOCK, place.shape[1] // _BLOCK
-    solution, cutoff_px = np.zeros((rows * columns, 8)), np.full(rows * columns, np.inf)
-    for _ in range(3):
-        normal, misfit = kernels.ripple_normals(place, signal, reason, _BLOCK, solution, cutoff_px)
-        known = misfit[:, 2] >= _BLOCK**2 / 2
-        normal[~known] = np.eye(9)
-        normal /= normal[:, :1, :1]
-        normal[:, np.arange(8), np.arange(8)] += 1e-9
-        # the misfit is about the solution before: that of the first round, which had none, says nothing
-        rms = np.sqrt(misfit[:, 1] / np.maximum(misfit[:, 0], 1e-30))
-        cutoff_px = np.where(np.any(solution, axis=1), np.maximum(6.0 * rms, 1e-3), np.inf)
-        solution = np.linalg.solve(normal[:, :8, :8], normal[:, :8, 8:])[..., 0]
-    mixed = normal[:, :6, 6:8]
-    rest = normal[:, 6:8, 6:8] - np.swapaxes(mixed, 1, 2) @ np.linalg.solve(normal[:, :6, :6], mixed)
-    variance = np.maximum(rms**2, 1e-10)
-    information = rest * (np.where(known, misfit[:, 2], 0.0) / variance)[:, None, None]
-    return solution[:, 6:].reshape(rows, columns, 2), information.reshape(rows, columns, 2, 2)
-
-
-_DEGREES = np.array([(i, j) for i in range(5) for j in range(5 - i)])
-
-
-def _ripple_terms(row_column: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Chebyshev polynomials of total degree 4 at places -1..1, (m, 2) -> (m, 15)."""
-    rows, columns = (chebyshev.chebvander(row_column[:, k], 4) for k in (0, 1))
-    return rows[:, _DEGREES[:, 0]] * columns[:, _DEGREES[:, 1]]
 
 
 def _bits(length: int) -> int:
     """Bits of Gray code that tell bins of 2 pixels apart: its finest stripes are 4 pixels wide."""
     return ((length + 1) // 2 - 1).bit_length()
-
-
-def _gray_name(axis: str, bit: int) -> str:
-    return f"gray-{axis}-{bit}"
-
-
-def _line_name(axis: str, shift: int) -> str:
-    return f"line-{axis}-{shift}"

@@ -1,5 +1,7 @@
 """Loops over camera pixels for `structured_light`: plain arrays in and out, one pass over each capture.
 
+They run on one thread: a capture takes a few milliseconds, and threads would triple the time to compile.
+
 The kernels know Gray code and phases; they must not know names of frames, thresholds or errors.
 """
 
@@ -18,15 +20,13 @@ __all__ = [
     "fill_near",
     "gray_to_position",
     "join_lines",
-    "ripple_blocks",
-    "subtract_ripple",
 ]
 
 MANY = 255
 """`doubt` of a pixel where more than one bit is in doubt."""
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def add_gray_pair(
     lit: NDArray[np.uint16],
     inverse: NDArray[np.uint16],
@@ -55,7 +55,7 @@ def add_gray_pair(
         0, or 1 + the bit in doubt, or `MANY`; changed in place.
     """
     limit = least_contrast * least_contrast
-    for row in nb.prange(code.shape[0]):
+    for row in range(code.shape[0]):
         for column in range(code.shape[1]):
             p = float(lit[row, column])
             q = float(inverse[row, column])
@@ -67,7 +67,7 @@ def add_gray_pair(
                 doubt[row, column] = bit + 1 if doubt[row, column] == 0 else MANY
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def gray_to_position(
     code: NDArray[np.uint16], doubt: NDArray[np.uint8], bits: int, reason: NDArray[np.uint8], too_weak: int
 ) -> NDArray[np.float32]:
@@ -77,7 +77,7 @@ def gray_to_position(
     position is then the edge itself. Anywhere else the pixel gets the reason `too_weak`.
     """
     position = np.empty(code.shape, np.float32)
-    for row in nb.prange(code.shape[0]):
+    for row in range(code.shape[0]):
         for column in range(code.shape[1]):
             here = int(code[row, column])
             place = 2.0 * here + 0.5
@@ -96,7 +96,7 @@ def gray_to_position(
     return position
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def add_line(
     capture: NDArray[np.uint16],
     cosine: float,
@@ -122,7 +122,7 @@ def add_line(
     clipped : (h, w) bool array
         Set where the capture is saturated.
     """
-    for row in nb.prange(capture.shape[0]):
+    for row in range(capture.shape[0]):
         for column in range(capture.shape[1]):
             value = capture[row, column]
             wave[0, row, column] += np.float32(value * cosine)
@@ -132,7 +132,7 @@ def add_line(
                 clipped[row, column] = True
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def join_lines(
     wave: NDArray[np.float32],
     total: NDArray[np.float32],
@@ -176,7 +176,7 @@ def join_lines(
     """
     turn = period / (2.0 * math.pi)
     limit = least_contrast * least_contrast
-    for row in nb.prange(total.shape[0]):
+    for row in range(total.shape[0]):
         for column in range(total.shape[1]):
             re = float(wave[0, row, column])
             im = float(wave[1, row, column])
@@ -197,125 +197,20 @@ def join_lines(
                 reason[row, column] = reasons[3]
 
 
-@nb.njit(cache=True, parallel=True)
+@nb.njit(cache=True)
 def fill_near(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
     """Copy of `values` (h, w) with every NaN that has a known value within `reach` pixels replaced by the nearest."""
     filled = values.copy()
     h, w = values.shape
-    for row in nb.prange(h):
+    for row in range(h):
         for column in range(w):
             if not math.isnan(values[row, column]):
                 continue
             best = (reach + 1) * (reach + 1)
-            here = np.int64(row)
-            for i in range(max(0, here - reach), min(h, here + reach + 1)):
+            for i in range(max(0, row - reach), min(h, row + reach + 1)):
                 for j in range(max(0, column - reach), min(w, column + reach + 1)):
-                    distance = (i - here) * (i - here) + (j - column) * (j - column)
+                    distance = (i - row) * (i - row) + (j - column) * (j - column)
                     if distance < best and not math.isnan(values[i, j]):
                         best = distance
                         filled[row, column] = values[i, j]
     return filled
-
-
-@nb.njit(cache=True, parallel=True)
-def ripple_normals(
-    position: NDArray[np.float32],
-    signal: NDArray[np.float32],
-    reason: NDArray[np.uint8],
-    size: int,
-    solution: NDArray[np.float64],
-    cutoff_px: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Normal equations, in each block of the picture, of the positions as a quadratic of the place plus a ripple.
-
-    The eight terms are 1, x, y, x^2, x y, y^2 (x, y = -1..1 in the block), cos(2 pi u) and sin(2 pi u) at the measured
-    position u. Weights are signal^2 times Tukey's about `solution`.
-
-    Parameters
-    ----------
-    position, signal, reason : (h, w) arrays
-    size : int
-        Pixels along a block; what is left over at the right and below has no block.
-    solution : (blocks, 8) float64 array
-        Coefficients of the round before; blocks run along the rows.
-    cutoff_px : (blocks,) float64 array
-        Residual from which on a pixel has no weight; inf: all count.
-
-    Returns
-    -------
-    normal : (blocks, 9, 9) float64 array
-        Weighted products of the eight terms and, last, the position less that of the block's first pixel.
-    misfit : (blocks, 3) float64 array
-        Sum of weights, weighted sum of squared residuals, number of pixels.
-    """
-    columns = position.shape[1] // size
-    normal = np.zeros((solution.shape[0], 9, 9))
-    misfit = np.zeros((solution.shape[0], 3))
-    for index in nb.prange(solution.shape[0]):
-        block = np.int64(index)
-        top, left = (block // columns) * size, (block % columns) * size
-        terms = np.empty(9)
-        origin = math.nan
-        for i in range(top, top + size):
-            for j in range(left, left + size):
-                if reason[i, j] != 0:
-                    continue
-                place = float(position[i, j])
-                if math.isnan(origin):
-                    origin = math.floor(place)
-                x = 2.0 * (j - left) / size - 1.0
-                y = 2.0 * (i - top) / size - 1.0
-                angle = 2.0 * math.pi * (place - origin)
-                terms[0], terms[1], terms[2], terms[3] = 1.0, x, y, x * x
-                terms[4], terms[5], terms[6], terms[7] = x * y, y * y, math.cos(angle), math.sin(angle)
-                terms[8] = place - origin
-                residual = terms[8]
-                for p in range(8):
-                    residual -= solution[block, p] * terms[p]
-                part = (residual / cutoff_px[block]) ** 2
-                if part >= 1.0:
-                    continue
-                weight = (1.0 - part) * (1.0 - part) * float(signal[i, j]) ** 2
-                misfit[block, 0] += weight
-                misfit[block, 1] += weight * residual * residual
-                misfit[block, 2] += 1.0
-                for p in range(9):
-                    for q in range(p + 1):
-                        normal[block, p, q] += weight * terms[p] * terms[q]
-        for p in range(9):
-            for q in range(p):
-                normal[block, q, p] = normal[block, p, q]
-    return normal, misfit
-
-
-@nb.njit(cache=True, parallel=True)
-def subtract_ripple(
-    position: NDArray[np.float32], row_terms: NDArray[np.float64], column_terms: NDArray[np.float64]
-) -> float:
-    """Subtract ``a cos(2 pi u) + b sin(2 pi u)`` from positions in place; returns the rms of (a, b) over the picture.
-
-    Parameters
-    ----------
-    position : (h, w) float32 array
-        u with its ripple.
-    row_terms : (2, h, m) float64 array
-        For a and b: polynomial along the row's own place, one coefficient for each term of the columns.
-    column_terms : (w, m) float64 array
-    """
-    h, w = position.shape
-    squares = 0.0
-    for row in nb.prange(h):
-        for column in range(w):
-            a = 0.0
-            b = 0.0
-            for k in range(column_terms.shape[1]):
-                a += row_terms[0, row, k] * column_terms[column, k]
-                b += row_terms[1, row, k] * column_terms[column, k]
-            squares += a * a + b * b
-            seen = float(position[row, column])
-            place = seen
-            for _ in range(2):  # the ripple belongs to the true place: fixed point, error amplitude^3
-                angle = 2.0 * math.pi * (place - math.floor(place)) if not math.isnan(place) else 0.0
-                place = seen - a * math.cos(angle) - b * math.sin(angle)
-            position[row, column] = place
-    return math.sqrt(squares / (h * w))

@@ -72,6 +72,13 @@ def test_the_bench_shares_only_colorimetry_and_the_pattern_with_the_estimators()
         assert all(name.startswith(allowed) for name in ours), (path, ours)
 
 
+def test_only_the_stages_open_the_bench() -> None:
+    bench = ("paxel_runtime.devices.virtual", "paxel_runtime.devices.bench", "paxel_runtime.optics")
+    for path in [*(ROOT / "paxel_runtime").glob("*.py"), *(ROOT / "paxel_design").rglob("*.py")]:
+        if path.name != "stages.py" and not path.name.startswith("optics"):
+            assert not any(name.startswith(bench) for name in _imports(path)), path
+
+
 @pytest.mark.parametrize("package", ["paxel_runtime", "paxel_runtime.stages"])
 def test_the_runtime_loads_no_heavy_library(package: str) -> None:
     program = f"import sys, {package}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"

@@ -34,7 +34,7 @@ from paxel_runtime.optics_meter import MeterSpot, make_spot
 from paxel_runtime.optics_paper import radiance
 from paxel_runtime.optics_print import ink_coverage, make_layers
 
-__all__ = ["BenchSetup", "BenchTruth", "VirtualBench"]
+__all__ = ["BenchSetup", "VirtualBench"]
 
 _SURFACES = ("pattern", "white")
 _FULL_SIGNAL = 0.8
@@ -121,8 +121,8 @@ class VirtualBench:
     It starts with the pattern in place and a black frame. Everything random follows from the seed: two benches of one
     setup that are asked the same in the same order answer the same, bit for bit.
 
-    Memory: 1 byte an ink and 4 to 16 bytes a plane for each of the 16 or more fine samples a projector pixel; 1920 x
-    1080 with two colorants and a 12-megapixel camera stays below 1.5 GB, three planes at once included.
+    Memory: for each of the 16 (up to 64, for pixels larger than 0.24 mm) fine samples of a projector pixel, 1 byte an
+    ink and 4 bytes a plane that is captured. 1920 x 1080 with two colorants and a 12-megapixel camera peaks at 1 GB.
 
     Parameters
     ----------

@@ -35,13 +35,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from paxel_runtime.errors import InputError
 
-__all__ = ["dE00", "squared_dE00_jet"]
+__all__ = ["TRUE_dE00", "dE00", "squared_dE00_jet"]
 
 Jet: TypeAlias = tuple[float, float, float, float, float, float]
 """Value and derivatives (v, a, b, aa, ab, bb) of a function of (a*, b*)."""
 
-_SIMD = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "forceinline": True}
-_TINY = 1e-28  # added to squared chromas: derivatives at gray stay finite, values move by less than 1e-13
+_SIMD = {
+    "cache": True,
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "forceinline": True,
+    "no_cpython_wrapper": True,  # only kernels call these: half of the time to compile them
+    "no_cfunc_wrapper": True,
+}
+TRUE_dE00 = 1e-28
+"""Softness at which nothing divides by 0 at gray, and values move by less than 1e-13."""
+
 _25_TO_7 = 25.0**7
 _C6, _S6 = math.cos(math.radians(6.0)), math.sin(math.radians(6.0))
 _C30, _S30 = math.cos(math.radians(30.0)), math.sin(math.radians(30.0))
@@ -125,9 +134,9 @@ def _chroma_weight(chroma: float) -> tuple[float, float, float]:
 
 
 @njit(**_SIMD)
-def _log_jets(x: Jet, y: float, y_b: float) -> tuple[Jet, Jet]:
+def _log_jets(x: Jet, y: float, y_b: float, softness: float) -> tuple[Jet, Jet]:
     """Real and imaginary jet of ln(x + i y), where y = y + y_b b is linear; the values themselves are left 0."""
-    inverse = 1.0 / (x[0] * x[0] + y * y + _TINY)
+    inverse = 1.0 / (x[0] * x[0] + y * y + softness)
     re, im = x[0] * inverse, -y * inverse  # 1 / z
     a_re, a_im = x[1] * re, x[1] * im
     b_re, b_im = x[2] * re - y_b * im, x[2] * im + y_b * re
@@ -159,7 +168,7 @@ def _geometric_mean(a1: float, b1: float, a2: float, b2: float, C1: float, C2: f
     """
     dot = a1 * a2 + b1 * b2
     cross = a1 * b2 - b1 * a2
-    large = math.sqrt(2.0 * (C1 * C2 + abs(dot)) + _TINY)
+    large = math.sqrt(2.0 * (C1 * C2 + abs(dot)) + TRUE_dE00)
     first_is_lower = b1 > 0.0 or (b1 == 0.0 and a1 > 0.0)
     opposite = abs(cross) <= 1e-14 * C1 * C2
     turns_left = first_is_lower if opposite else cross > 0.0
@@ -231,11 +240,11 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
 
 
 @njit(**_SIMD)
-def _chromatic_jet(a1: float, b1: float, a2: float, b2: float) -> Jet:
+def _chromatic_jet(a1: float, b1: float, a2: float, b2: float, softness: float) -> Jet:
     """The part of dE00^2 that depends on (a*, b*), as a jet in (a2, b2)."""
     # G: how much a* is stretched near gray (Sharma, Eqs. 2-5)
-    C1_ab = math.sqrt(a1 * a1 + b1 * b1 + _TINY)
-    C2_ab = math.sqrt(a2 * a2 + b2 * b2 + _TINY)
+    C1_ab = math.sqrt(a1 * a1 + b1 * b1 + softness)
+    C2_ab = math.sqrt(a2 * a2 + b2 * b2 + softness)
     inverse = 1.0 / C2_ab
     u, v, half = a2 * inverse, b2 * inverse, 0.5 * inverse
     C_jet = (0.0, 0.5 * u, 0.5 * v, half * v * v, -half * u * v, half * u * u)
@@ -244,9 +253,9 @@ def _chromatic_jet(a1: float, b1: float, a2: float, b2: float) -> Jet:
     A1 = _scale(k, a1)
     A2 = (k[0] * a2, k[1] * a2 + k[0], k[2] * a2, k[3] * a2 + 2.0 * k[1], k[4] * a2 + k[2], k[5] * a2)
     # chromas C' and, as complex logarithms, hues h'
-    C1, C2 = math.sqrt(A1[0] * A1[0] + b1 * b1 + _TINY), math.sqrt(A2[0] * A2[0] + b2 * b2 + _TINY)
-    ln_C1, h1 = _log_jets(A1, b1, 0.0)
-    ln_C2, h2 = _log_jets(A2, b2, 1.0)
+    C1, C2 = math.sqrt(A1[0] * A1[0] + b1 * b1 + softness), math.sqrt(A2[0] * A2[0] + b2 * b2 + softness)
+    ln_C1, h1 = _log_jets(A1, b1, 0.0, softness)
+    ln_C2, h2 = _log_jets(A2, b2, 1.0, softness)
     C1_jet, C2_jet = _compose(ln_C1, C1, C1, C1), _compose(ln_C2, C2, C2, C2)
     mean_C = _scale(_add(C1_jet, C2_jet), 0.5)
     # dH' = Im E, E = 2 exp(f + i g); its second derivatives are E (W'' + W' W')
@@ -297,9 +306,17 @@ def _lightness_jet(L1: float, L2: float) -> tuple[float, float, float]:
 
 @njit(**_SIMD)
 def squared_dE00_jet(
-    L1: float, a1: float, b1: float, L2: float, a2: float, b2: float
+    L1: float, a1: float, b1: float, L2: float, a2: float, b2: float, softness: float
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """dE00^2 with its derivatives with respect to the second colour; for use inside numba kernels.
+
+    Parameters
+    ----------
+    L1, a1, b1, L2, a2, b2 : float
+        The two colours, CIELAB.
+    softness : float
+        Added to squared chromas: `TRUE_dE00` for the formula itself; more rounds off the tip of the cone at gray and
+        bounds second derivatives by about dE00 / sqrt(softness).
 
     Returns
     -------
@@ -307,7 +324,7 @@ def squared_dE00_jet(
         Value; gradient d/dL, d/da, d/db; Hessian LL, aa, ab, bb (the entries La and Lb are 0).
     """
     lightness, L_1, L_2 = _lightness_jet(L1, L2)
-    v, a, b, aa, ab, bb = _chromatic_jet(a1, b1, a2, b2)
+    v, a, b, aa, ab, bb = _chromatic_jet(a1, b1, a2, b2, softness)
     value = lightness + v
     return 0.0 if value < 0.0 else value, L_1, a, b, L_2, aa, ab, bb
 
@@ -315,7 +332,8 @@ def squared_dE00_jet(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _dE00_rows(Lab1: NDArray[np.floating], Lab2: NDArray[np.floating], out: NDArray[np.float64]) -> None:
     for i in range(out.size):
-        out[i] = math.sqrt(squared_dE00_jet(Lab1[i, 0], Lab1[i, 1], Lab1[i, 2], Lab2[i, 0], Lab2[i, 1], Lab2[i, 2])[0])
+        L1, a1, b1 = Lab1[i, 0], Lab1[i, 1], Lab1[i, 2]
+        out[i] = math.sqrt(squared_dE00_jet(L1, a1, b1, Lab2[i, 0], Lab2[i, 1], Lab2[i, 2], TRUE_dE00)[0])
 
 
 def dE00(Lab1: ArrayLike, Lab2: ArrayLike) -> NDArray[np.float64]:

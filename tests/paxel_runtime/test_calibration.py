@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from paxel_runtime.calibration import fit_model, prediction_error
+from paxel_runtime.calibration import fit_model, pattern_area, prediction_error
 from paxel_runtime.errors import CalibrationError
 from paxel_runtime.exposures import plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
+from paxel_runtime.model.pattern import Pattern
 
 RGB = ("red", "green", "blue")
 PLAN = plan_readings(RGB, (2, 3), bits=8, seed=0, surfaces=("pattern", "white"))
@@ -72,3 +73,26 @@ def test_a_dead_channel_is_named() -> None:
     readings |= {name: dark for name in readings if name.startswith("ramp-white-red")}
     with pytest.raises(CalibrationError, match="the red ramp gives no light"):
         fit_model(readings, PLAN, RGB, ("black", "white"))
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 30.0])
+def test_the_printed_area_is_found_to_half_a_dot(angle_deg: float) -> None:
+    dot_px = 5.12
+    pattern = Pattern(
+        "checkerboard", ("black", "white"), np.array([[0, 1], [1, 0]], np.uint8), dot_px, angle_deg, (150.3, 100.7)
+    )
+    x, y = np.meshgrid(np.arange(240) - 119.5, np.arange(160) - 79.5)
+    found = pattern_area(pattern.label(x, y) == 0, dot_px)
+    outward = np.maximum(np.abs(x) - 150.3 / 2, np.abs(y) - 100.7 / 2)  # distance beyond the edge, corners apart
+    assert not found[outward > 0.5 * dot_px].any()
+    assert found[outward < -1.0 * dot_px].all()
+
+
+def test_a_pattern_that_fills_the_frame_is_all_inside() -> None:
+    ink = np.indices((60, 80)).sum(axis=0) // 5 % 2 == 0
+    assert pattern_area(ink, 5.0).all()
+
+
+def test_a_sheet_without_ink_is_answered() -> None:
+    with pytest.raises(CalibrationError, match="is the pattern under the projection"):
+        pattern_area(np.zeros((20, 20), bool), 5.0)

@@ -1,0 +1,197 @@
+"""Checks of structured-light captures: their noise, their order, and whether they show what they should.
+
+Frames carry no tag: that a capture is the one it is taken for follows from complementary pairs that add up, from lines
+that agree with the Gray code, and from lines that stand where they should. Knows samples and statistics of captures;
+must not know how they are read or decoded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from paxel_runtime.errors import CalibrationError
+
+__all__ = [
+    "DECODED",
+    "DISAGREE",
+    "LINE_PERIOD",
+    "NO_GUIDE",
+    "OUTSIDE",
+    "REASONS",
+    "SATURATED",
+    "TOLERANCE_PX",
+    "TOO_DARK",
+    "WEAK_BIT",
+    "WEAK_LINE",
+    "SensorNoise",
+    "check_agreement",
+    "check_lines",
+    "gray_name",
+    "line_name",
+    "odd_share",
+    "read_noise",
+    "refuse_dark",
+    "refuse_odd_pairs",
+]
+
+LINE_PERIOD = 8
+"""Projector pixels from one line to the next, and number of shifts."""
+TOLERANCE_PX = 2.0
+"""Lines against Gray code: half a bin of 2 pixels, plus a neighbouring bin's edge moved by ink and noise."""
+_MOST_WRONG = 0.05
+"""Share of lit pixels that may break a check of order before the captures are refused."""
+
+REASONS = (
+    "decoded",
+    "too dark",
+    "saturated",
+    "bit contrast too low",
+    "line contrast too low",
+    "lines and Gray code disagree",
+    "outside the frame",
+    "not seen by the guide channel",
+)
+"""Why a camera pixel has no coordinate: text of each value of `Decoded.reason`."""
+DECODED, TOO_DARK, SATURATED, WEAK_BIT, WEAK_LINE, DISAGREE, OUTSIDE, NO_GUIDE = range(len(REASONS))
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Noise of a raw value I: its variance is ``read_variance + gain * I``, both in raw units (0..65535)."""
+
+    read_variance: float
+    gain: float
+
+
+def read_noise(light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64]) -> SensorNoise:
+    """Noise from samples of white - black, black, and a complementary pair minus twice black.
+
+    Were there no noise, the pair's sum would be proportional to white - black (the factor is the lamp's drift); the
+    variance of what differs, 4 read_variance + 2 gain (white + black), is fitted over classes of brightness.
+    """
+    bright = light > np.percentile(light, 75)
+    factor = float(np.median(pair_sum[bright] / np.maximum(light[bright], 1.0))) if bright.any() else 1.0
+    difference = (pair_sum - factor * light).ravel()
+    # sorted by the mean of both: sorted by either one, a class would be biased by the noise that put a pixel in it
+    level = (0.5 * (pair_sum + light) + 2.0 * black).ravel()
+    steps = np.diff(np.unique(black))
+    rounding = float(steps.min()) ** 2 / 12.0 if steps.size else 1.0 / 12.0
+    levels, variances = [], []
+    for members in np.array_split(np.argsort(level, kind="stable"), 24):
+        squares = difference[members] ** 2
+        # trimmed, as edges of ink may have moved; not a median, which few steps of rounding would make 0
+        kept = squares[squares <= 36.0 * max(float(np.median(squares)), 4.0 * rounding)]
+        levels.append(max(float(np.mean(level[members])), 0.0))
+        variances.append(max(float(np.mean(kept)), 4.0 * rounding))
+    rows = np.column_stack([np.full(len(levels), 4.0), 2.0 * np.array(levels)]) / np.array(variances)[:, None]
+    (read_variance, gain), _ = nnls(rows, np.ones(len(levels)))
+    return SensorNoise(max(float(read_variance), rounding), float(gain))
+
+
+def refuse_dark(light: NDArray[np.float64]) -> None:
+    """Refuse samples of white - black that show nothing but noise, or black where white should be."""
+    low, high = np.percentile(light, (1.0, 99.0))
+    if high <= 3.0 * max(-low, 1.0):
+        raise CalibrationError(
+            "capture white must be brighter than capture black where the projector shines, by more than noise; 99 % of "
+            f"the pixels differ by less than {high:.0f} of 65535, 1 % by less than {low:.0f}: is the projection in view, "
+            "the lens open, the exposure long enough, and white taken while white was shown?"
+        )
+
+
+def odd_share(
+    light: NDArray[np.float64], black: NDArray[np.float64], pair_sum: NDArray[np.float64], noise: SensorNoise
+) -> float:
+    """Share of the well-lit samples at which a complementary pair does not add up to white + black."""
+    sigma = np.sqrt(4.0 * noise.read_variance + 2.0 * noise.gain * np.maximum(light + 2.0 * black, 0.0))
+    lit = light > 20.0 * sigma
+    if not lit.any():
+        lit = light > np.percentile(light, 90)
+    # a frame taken for its complement is wrong by all of the light, drift of the lamp by a few percent
+    return float(np.mean(np.abs(pair_sum[lit] - light[lit]) > 0.25 * light[lit]))
+
+
+def refuse_odd_pairs(pairs: list[tuple[str, float]]) -> None:
+    """Refuse captures whose complementary pairs, (name, `odd_share`), do not add up."""
+    odd = [(name, share) for name, share in pairs if share > _MOST_WRONG]
+    if not odd:
+        return
+    listed = ", ".join(f"{name} ({share:.0%})" for name, share in odd[:6]) + (", ..." if len(odd) > 6 else "")
+    if len(odd) > len(pairs) // 2:
+        cause = "white or black is not what it should be, or the camera, the sheet or the light changed"
+    else:
+        cause = "they are out of order, repeated or old, or something moved while they were taken"
+    raise CalibrationError(
+        f"a Gray-code capture and its inverse must add up to white + black on at least {1 - _MOST_WRONG:.0%} of the "
+        f"lit pixels; {len(odd)} of {len(pairs)} pairs do not (share of pixels off): {listed}: {cause}; take them again"
+    )
+
+
+def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> None:
+    """Refuse line captures that do not light the columns (rows) they should by the coarse position."""
+    if coarse.size < 4 * LINE_PERIOD:
+        return
+    light = samples - np.mean(samples, axis=0)
+    seen = light @ np.exp(2j * np.pi * coarse / LINE_PERIOD)
+    shown = np.round(np.angle(seen) * LINE_PERIOD / (2.0 * np.pi)).astype(int) % LINE_PERIOD
+    shifts = np.arange(LINE_PERIOD)
+    absent = np.abs(seen) < 0.3 * np.median(np.abs(seen))
+    wrong = shifts[absent | (shown != shifts)]
+    if not wrong.size:
+        return
+    if wrong.size > LINE_PERIOD // 2:
+        culprit = _exchanged_bit(axis, samples, coarse)
+        raise CalibrationError(
+            f"the shifted lines of axis {axis} contradict its coarse positions in {wrong.size} of {LINE_PERIOD} "
+            f"captures: {culprit}; show the frames in the order of the plan and take them again"
+        )
+    listed = ", ".join(
+        f"{line_name(axis, s)} shows {'no line' if absent[s] else line_name(axis, int(shown[s]))}" for s in wrong
+    )
+    raise CalibrationError(f"captures of shifted lines are out of order, repeated or old: {listed}; take them again")
+
+
+def _exchanged_bit(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> str:
+    """Name the Gray-code pair whose exchange would make lines and Gray code agree."""
+    wave = np.exp(2j * np.pi * np.arange(LINE_PERIOD) / LINE_PERIOD) @ samples
+    line = np.angle(wave) * LINE_PERIOD / (2.0 * np.pi)
+    index = np.floor(np.maximum(coarse, 0.0) / 2.0).astype(np.int64)
+    bits = max(int(index.max()).bit_length(), 1)
+    for bit in range(bits):
+        flipped, gray = np.zeros_like(index), index ^ (index >> 1) ^ (1 << bit)
+        for k in reversed(range(bits)):
+            flipped = (flipped << 1) | ((flipped & 1) ^ (gray >> k & 1))
+        off = (line - (2.0 * flipped + 0.5) + LINE_PERIOD / 2) % LINE_PERIOD - LINE_PERIOD / 2
+        if np.mean(np.abs(off) <= TOLERANCE_PX) > 1.0 - _MOST_WRONG:
+            return f"{gray_name(axis, bit)} and its inverse are exchanged"
+    return "the captures are out of order, or of a projector of another size"
+
+
+def check_agreement(reason: NDArray[np.uint8]) -> None:
+    """Refuse captures whose pixels mostly decode to nonsense."""
+    decoded, disagree = int(np.sum(reason == DECODED)), int(np.sum(reason == DISAGREE))
+    if disagree > 0.25 * (decoded + disagree):
+        raise CalibrationError(
+            f"lines and coarse positions must agree within {TOLERANCE_PX:.0f} projector pixels; they differ on "
+            f"{disagree / (decoded + disagree):.0%} of the pixels: the captures are out of order, or the camera or the "
+            "sheet moved between them; take them again"
+        )
+    if decoded < 0.002 * reason.size:
+        counts = np.bincount(reason.ravel(), minlength=len(REASONS))
+        most = REASONS[int(np.argmax(counts[1:])) + 1]
+        raise CalibrationError(
+            f"structured light could be decoded on {decoded} of {reason.size} camera pixels (mostly: {most}): check "
+            "exposure and focus, and that the projection fills most of the picture"
+        )
+
+
+def gray_name(axis: str, bit: int) -> str:
+    return f"gray-{axis}-{bit}"
+
+
+def line_name(axis: str, shift: int) -> str:
+    return f"line-{axis}-{shift}"
