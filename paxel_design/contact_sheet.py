@@ -210,7 +210,7 @@ def write_contact_sheet(path: Path, groups: Sequence[Group], title: str, notes: 
     info = PngInfo()
     info.add_text("Software", WRITER)
     info.add_text("Title", f"{title} (virtual bench)")
-    write_atomically(path, lambda p: sheet.save(p, format="PNG", pnginfo=info, optimize=True))
+    write_atomically(path, lambda p: sheet.save(p, format="PNG", pnginfo=info, compress_level=7))
 
 
 _HOW_IT_WORKS = (
@@ -254,7 +254,7 @@ def _font(size_px: int) -> ImageFont.FreeTypeFont:
 
 
 def _label_height() -> int:
-    return int(1.6 * _LABEL_PX)
+    return int(1.75 * _LABEL_PX)
 
 
 def _row_height(row: Sequence[Tile | Text]) -> int:
@@ -297,14 +297,14 @@ def _draw_group(sheet: Image.Image, draw: ImageDraw.ImageDraw, group: Group, y: 
 
 def _draw_tile(sheet: Image.Image, draw: ImageDraw.ImageDraw, tile: Tile, x: int, y: int) -> None:
     ink = _ACCENT if tile.emphasis else _INK
-    draw.text((x, y + 4), _fit(tile.label, _LABEL_PX, _TILE[0]), ink, _font(_LABEL_PX))
+    draw.text((x, y + 2), _fit(tile.label, _LABEL_PX, _TILE[0]), ink, _font(_LABEL_PX))
     y += _label_height()
     picture = _middle(tile.picture, *_TILE) if tile.cropped else _scaled(tile.picture)
     left, top = x + (_TILE[0] - picture.shape[1]) // 2, y + (_TILE[1] - picture.shape[0]) // 2
     draw.rectangle((x, y, x + _TILE[0] - 1, y + _TILE[1] - 1), fill=_PANEL)
     sheet.paste(Image.fromarray(picture), (left, top))
     if tile.emphasis:
-        draw.rectangle((x - 5, y - 5, x + _TILE[0] + 4, y + _TILE[1] + 4), outline=_ACCENT, width=4)
+        draw.rectangle((x - 4, y - 4, x + _TILE[0] + 3, y + _TILE[1] + 3), outline=_ACCENT, width=4)
     if tile.note:
         draw.text((x, y + _TILE[1] + 9), _fit(tile.note, _NOTE_PX, _TILE[0]), _SOFT_INK, _font(_NOTE_PX))
 

@@ -27,6 +27,9 @@ OUTSIDE = 255
 SAMPLE_SIZE = 200_000
 """Pixels the centres are fitted to: their mean is known to 0.1 Lab where the clusters spread by 40."""
 
+MIN_DISTANCE = 5.0
+"""Least distance of two colorants' centres, CIELAB: below it the split is one of noise, not of inks."""
+
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 _EDGE_MIXTURES = (0.25, 0.5, 0.75)
 
@@ -97,12 +100,12 @@ def cluster(
     InputError
         If shapes or `count` break their rule, or valid pixels hold numbers that are not finite.
     CalibrationError
-        If the pixels hold fewer colours than clusters are asked for.
+        If the pixels hold fewer colours than clusters are asked for, or two colorants look the same.
     """
     names = tuple(colorants)
     white = np.asarray(white_point, np.float64)
     _check(nodal_XYZ, valid, names, count)
-    expected_Lab = XYZ_to_Lab(np.array([colorants[name] for name in names], np.float64), white)
+    expected_Lab = _to_Lab(np.array([colorants[name] for name in names], np.float64), white)
     sample_Lab = _sample_Lab(nodal_XYZ, valid, white)
 
     centres, _ = lloyd(sample_Lab, expected_Lab)
@@ -112,6 +115,7 @@ def cluster(
         centres, _ = lloyd(sample_Lab, np.vstack([centres, candidates[np.argmax(gains)]]))
 
     centres, cluster_names = _name_and_order(centres, expected_Lab, names, white)
+    _check_colorants_differ(centres, names)
     labels, sizes, squares = _label_pixels(np.ascontiguousarray(nodal_XYZ, np.float32), valid, centres, white)
     n_per_cluster, distortion = sizes.sum(axis=0), squares.sum(axis=0)
     if np.any(n_per_cluster == 0):
@@ -230,6 +234,20 @@ def _check(nodal_XYZ: NDArray[np.float32], valid: NDArray[np.bool_], names: Sequ
         )
 
 
+def _to_Lab(XYZ: NDArray[np.floating], white: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(XYZ_to_Lab(XYZ, white), np.float64)
+
+
+def _check_colorants_differ(centres_Lab: NDArray[np.float64], names: Sequence[str]) -> None:
+    for p, q in combinations(range(len(names)), 2):
+        distance = float(np.linalg.norm(centres_Lab[p] - centres_Lab[q]))
+        if distance < MIN_DISTANCE:
+            raise CalibrationError(
+                f"pixels on {names[p]} and on {names[q]} must differ by at least {MIN_DISTANCE:g} in CIELAB, got "
+                f"{distance:.1f}: is the pattern under the projection, in focus, and are its dots larger than a pixel?"
+            )
+
+
 def _too_few_colors(asked: int, found: int) -> str:
     return (
         f"{asked} clusters were asked for and the nodal images hold only {found} colours: is the pattern lit, in "
@@ -252,7 +270,7 @@ def _sample_Lab(
     XYZ = nodal_XYZ.reshape(-1, 3)[indices].astype(np.float64)
     if not np.all(np.isfinite(XYZ)):
         raise InputError("nodal images must be finite where valid is true, got NaN or infinity")
-    return XYZ_to_Lab(XYZ, white)
+    return _to_Lab(XYZ, white)
 
 
 def _assign(centres_Lab: NDArray[np.float64], expected_Lab: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -266,7 +284,7 @@ def _mixtures_Lab(
 ) -> NDArray[np.float64]:
     """CIELAB of the light of a pixel that covers two colours, the second by share `t`: additive in XYZ."""
     t = np.asarray(t, np.float64)[:, None]
-    return XYZ_to_Lab((1 - t) * Lab_to_XYZ(Lab_1, white) + t * Lab_to_XYZ(Lab_2, white), white)
+    return _to_Lab((1 - t) * Lab_to_XYZ(Lab_1, white) + t * Lab_to_XYZ(Lab_2, white), white)
 
 
 def _edge_candidates(colorants_Lab: NDArray[np.float64], white: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -56,8 +56,8 @@ _IN_BOX = 1e-9  # an input may leave 0..1 by rounding of the linear solve
 _COMPLIANCE = 1e-11  # of an exact solution: |A x - z| = compliance * multipliers, below 1e-8 where z can be reached
 _DELTA = 2e-4  # the regulariser is delta / 2 |x - 1/2|^2, in dE00^2
 _CONVERGED = 1e-6  # decrease the model still promises, in dE00^2
-_QP_STEPS = 3  # in a round; a lane that needs more goes on in the next
-_ROUNDS = 100  # of a pixel, then it is capped
+_QP_STEPS = 2  # in a round; a lane that needs more goes on in the next
+_ROUNDS = 150  # of a pixel, then it is capped
 
 # Rows of `newton`'s workspace, after those of the QP and of the local model
 _NU_HERE = WORKSPACE  # 6: multipliers where the pixel stands

@@ -5,8 +5,9 @@ On each surface dE00^2 is expanded to second order about the XYZ where the pixel
 2) whatever the darkness of the colour; the curvature of CIELAB itself is added. The Hessian is shifted until it is
 positive, and turned into the compliance S and the aim z of `box_qp`.
 
-Lanes and workspace are those of `box_qp`. Functions work on one surface in all lanes; the second surface is the same
-function on the workspace from ``3 * LANES`` on, for every quantity has 3 rows for each surface. This file knows dE00 and CIELAB, not inputs or clusters.
+Lanes and workspace are those of `box_qp`. Functions work on one surface in all lanes; for the second surface they get
+the workspace from ``3 * LANES`` on, since every quantity has 3 rows for each surface. This file knows dE00 and CIELAB,
+not inputs or clusters.
 """
 
 from __future__ import annotations
@@ -229,7 +230,7 @@ def aim_qp(w: Floats, black: Vec3, delta: float) -> None:
 
 @njit(**_KERNEL)
 def move_to_trial(w: Floats, black: Vec3) -> None:
-    """Set the trial XYZ of one surface from the QP (A x = z - S nu - R), and the change of dE00^2 the model promises."""
+    """Trial XYZ of one surface from the QP (A x = z - S nu - R), and the change of dE00^2 that the model promises."""
     for lane in range(LANES):
         s00, s01, s02 = _load3(w, S_FIRST + lane)
         s11, s12, s22 = _load3(w, S_REST + lane)

@@ -108,14 +108,17 @@ def view_figures(
     Raises
     ------
     InputError
-        If shapes differ, or no pixel is farther than 3 sigma from the edges.
+        If shapes differ, the white sheet is dark, or no pixel is farther than 3 sigma from the edges.
     """
     for name, array in (("white view", white_view_XYZ), ("mapped picture", mapped_Lab), ("other", other_mapped_Lab)):
         if array is not None and array.shape != view_XYZ.shape:
             raise InputError(f"{name} must have the view's shape {view_XYZ.shape}, got {array.shape}")
     inner = _inner_mask(mask, sigma_px)
     white = np.asarray(white_point, np.float64)
-    seen_XYZ = eye_blur(view_XYZ, sigma_px)[inner] / eye_blur(white_view_XYZ, sigma_px)[inner] * white
+    white_sheet = eye_blur(white_view_XYZ, sigma_px)[inner]
+    if not np.all(white_sheet > 0):
+        raise InputError("the white sheet's view must be > 0 wherever the picture is shown, got pixels without light")
+    seen_XYZ = eye_blur(view_XYZ, sigma_px)[inner] / white_sheet * white
     Lab_seen = XYZ_to_Lab(seen_XYZ, white)
     Lab_own = _through_the_eye(mapped_Lab, white, sigma_px)[inner]
     dE = dE00(Lab_seen, Lab_own)

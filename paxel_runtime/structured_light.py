@@ -34,6 +34,7 @@ from paxel_runtime.structured_light_checks import (
     WEAK_LINE,
     SensorNoise,
     check_agreement,
+    check_bits,
     check_lines,
     gray_name,
     line_name,
@@ -201,7 +202,8 @@ def decode(
     signal = np.zeros(reason.shape, np.float32)
     places, tolerance_px = [], TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX
     for axis, length, guess in zip(_AXES, (width, height), coarse, strict=True):
-        wave, total = _add_lines(captures, axis, guess, reason, clipped)
+        bits = _bits(length) if guide is None else None
+        wave, total = _add_lines(captures, axis, guess, bits, reason, clipped)
         place = np.empty(reason.shape, np.float32)
         limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
         kernels.join_lines(
@@ -272,6 +274,8 @@ def _decode_gray(
         coarse.append(kernels.gray_to_position(code, doubt, _bits(length), reason, WEAK_BIT))
     assert noise is not None  # both axes have at least 3 bits
     refuse_odd_pairs(sums)
+    for axis, length, place in zip(_AXES, (width, height), coarse, strict=True):
+        check_bits(axis, np.where(reason == DECODED, place, np.nan), _bits(length))
     return coarse, reason, noise
 
 
@@ -288,6 +292,7 @@ def _add_lines(
     captures: _Captures,
     axis: Literal["x", "y"],
     coarse: NDArray[np.float32],
+    bits: int | None,
     reason: NDArray[np.uint8],
     clipped: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -303,7 +308,7 @@ def _add_lines(
         angle = 2.0 * np.pi * shift / LINE_PERIOD
         kernels.add_line(capture, np.cos(angle), np.sin(angle), _SATURATION, wave, total, clipped)
         samples.append(capture[::step, ::step][known].astype(np.float64))
-    check_lines(axis, np.array(samples), few_coarse)
+    check_lines(axis, np.array(samples), few_coarse, bits)
     return wave, total
 
 

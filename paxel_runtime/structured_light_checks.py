@@ -29,6 +29,7 @@ __all__ = [
     "WEAK_LINE",
     "SensorNoise",
     "check_agreement",
+    "check_bits",
     "check_lines",
     "gray_name",
     "line_name",
@@ -73,13 +74,13 @@ def read_noise(light: NDArray[np.float64], black: NDArray[np.float64], pair_sum:
     Were there no noise, the pair's sum would be proportional to white - black (the factor is the lamp's drift); the
     variance of what differs, 4 read_variance + 2 gain (white + black), is fitted over classes of brightness.
     """
-    bright = light > np.percentile(light, 75)
-    factor = float(np.median(pair_sum[bright] / np.maximum(light[bright], 1.0))) if bright.any() else 1.0
+    bright = light >= max(float(np.percentile(light, 75)), 1.0)
+    factor = float(np.median(pair_sum[bright] / light[bright]))
     difference = (pair_sum - factor * light).ravel()
     # sorted by the mean of both: sorted by either one, a class would be biased by the noise that put a pixel in it
     level = (0.5 * (pair_sum + light) + 2.0 * black).ravel()
-    steps = np.diff(np.unique(black))
-    rounding = float(steps.min()) ** 2 / 12.0 if steps.size else 1.0 / 12.0
+    steps = np.diff(np.unique(np.concatenate([black.ravel(), (black + light).ravel()])))
+    rounding = float(steps.min()) ** 2 / 12.0 if steps.size else 1.0 / 12.0  # of the camera's own steps
     levels, variances = [], []
     for members in np.array_split(np.argsort(level, kind="stable"), 24):
         squares = difference[members] ** 2
@@ -110,7 +111,7 @@ def odd_share(
     sigma = np.sqrt(4.0 * noise.read_variance + 2.0 * noise.gain * np.maximum(light + 2.0 * black, 0.0))
     lit = light > 20.0 * sigma
     if not lit.any():
-        lit = light > np.percentile(light, 90)
+        lit = light >= np.percentile(light, 90)
     # a frame taken for its complement is wrong by all of the light, drift of the lamp by a few percent
     return float(np.mean(np.abs(pair_sum[lit] - light[lit]) > 0.25 * light[lit]))
 
@@ -131,8 +132,67 @@ def refuse_odd_pairs(pairs: list[tuple[str, float]]) -> None:
     )
 
 
-def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> None:
-    """Refuse line captures that do not light the columns (rows) they should by the coarse position."""
+def check_bits(axis: str, coarse: NDArray[np.float32], bits: int) -> None:
+    """Refuse Gray-code captures in which a bit is exchanged with its inverse, or two bits with each other.
+
+    Their pairs add up and (for two bits) the lines agree, but places jump to and fro along the picture: an exchange
+    that makes the way along its rows and columns clearly shorter is the one that took place.
+
+    Parameters
+    ----------
+    axis : str
+    coarse : (h, w) float32 array
+        Coarse position, NaN where unknown.
+    bits : int
+    """
+    h, w = coarse.shape
+    lines = [*coarse[h // 32 :: max(1, h // 16)], *coarse[:, w // 32 :: max(1, w // 16)].T]
+    index = [(line[np.isfinite(line)] // 2).astype(np.int64) for line in lines]
+    ends = np.cumsum([len(line) for line in index])[:-1]
+    gray = np.concatenate(index)
+    gray ^= gray >> 1
+
+    def way(code: NDArray[np.int64]) -> float:
+        steps = np.abs(np.diff(_gray_to_binary(code, bits)))
+        steps[ends[(ends > 0) & (ends <= len(steps))] - 1] = 0
+        return float(np.sum(steps))
+
+    found = way(gray)
+    tried = {f"{gray_name(axis, k)} and its inverse": gray ^ (1 << k) for k in range(bits)}
+    for k in range(bits):
+        for j in range(k):
+            differ = ((gray >> k) ^ (gray >> j)) & 1
+            tried[f"{gray_name(axis, j)} and {gray_name(axis, k)}"] = gray ^ (differ << k) ^ (differ << j)
+    ways = {name: way(code) for name, code in tried.items()}
+    best = min(ways, key=lambda name: ways[name])
+    if ways[best] < 0.8 * found:
+        raise CalibrationError(
+            f"captures {best} are exchanged (places run smoothly along the picture if they change sides): show the "
+            "frames in the order of the plan and take them again"
+        )
+
+
+def _gray_to_binary(gray: NDArray[np.int64], bits: int) -> NDArray[np.int64]:
+    binary = gray.copy()
+    for shift in (1, 2, 4, 8, 16):
+        if shift < bits:
+            binary ^= binary >> shift
+    return binary
+
+
+def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64], bits: int | None) -> None:
+    """Refuse line captures that do not light the columns (rows) they should by the coarse position.
+
+    Parameters
+    ----------
+    axis : str
+    samples : (8, n) float64 array
+        Samples of the lines' captures.
+    coarse : (n,) float64 array
+        Their coarse positions.
+    bits : int, optional
+        Of the Gray code that these are from; None where another channel gave them.
+    """
     if coarse.size < 4 * LINE_PERIOD:
         return
     light = samples - np.mean(samples, axis=0)
@@ -144,7 +204,10 @@ def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.floa
     if not wrong.size:
         return
     if wrong.size > LINE_PERIOD // 2:
-        culprit = _exchanged_bit(axis, samples, coarse)
+        culprit = "the captures are out of order, of a projector of another size, or something moved"
+        # the highest bit's inverse mirrors all places, which nothing but the lines can tell
+        if bits is not None and np.all((shown + shifts) % LINE_PERIOD == (shown[0] + shifts[0]) % LINE_PERIOD):
+            culprit = f"they run backwards: {gray_name(axis, bits - 1)} and its inverse are exchanged"
         raise CalibrationError(
             f"the shifted lines of axis {axis} contradict its coarse positions in {wrong.size} of {LINE_PERIOD} "
             f"captures: {culprit}; show the frames in the order of the plan and take them again"
@@ -153,22 +216,6 @@ def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.floa
         f"{line_name(axis, s)} shows {'no line' if absent[s] else line_name(axis, int(shown[s]))}" for s in wrong
     )
     raise CalibrationError(f"captures of shifted lines are out of order, repeated or old: {listed}; take them again")
-
-
-def _exchanged_bit(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64]) -> str:
-    """Name the Gray-code pair whose exchange would make lines and Gray code agree."""
-    wave = np.exp(2j * np.pi * np.arange(LINE_PERIOD) / LINE_PERIOD) @ samples
-    line = np.angle(wave) * LINE_PERIOD / (2.0 * np.pi)
-    index = np.floor(np.maximum(coarse, 0.0) / 2.0).astype(np.int64)
-    bits = max(int(index.max()).bit_length(), 1)
-    for bit in range(bits):
-        flipped, gray = np.zeros_like(index), index ^ (index >> 1) ^ (1 << bit)
-        for k in reversed(range(bits)):
-            flipped = (flipped << 1) | ((flipped & 1) ^ (gray >> k & 1))
-        off = (line - (2.0 * flipped + 0.5) + LINE_PERIOD / 2) % LINE_PERIOD - LINE_PERIOD / 2
-        if np.mean(np.abs(off) <= TOLERANCE_PX) > 1.0 - _MOST_WRONG:
-            return f"{gray_name(axis, bit)} and its inverse are exchanged"
-    return "the captures are out of order, or of a projector of another size"
 
 
 def check_agreement(reason: NDArray[np.uint8]) -> None:

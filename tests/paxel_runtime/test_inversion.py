@@ -162,8 +162,8 @@ def _solve_qp(A: Floats, z: Floats, S: Floats) -> tuple[Floats, Floats]:
     lanes, n = box_qp.LANES, A.shape[1]
     w, u, v = np.zeros(box_qp.ROWS * lanes), np.empty(n * lanes), np.empty(n * lanes)
     w[box_qp.Z : box_qp.Z + 6 * lanes] = z.T.ravel()
-    upper = np.triu_indices(3)
-    w[box_qp.S : box_qp.S + 12 * lanes] = S[:, :, upper[0], upper[1]].reshape(lanes, 12).T.ravel()
+    w[box_qp.S_FIRST : box_qp.S_FIRST + 6 * lanes] = S[:, :, 0].reshape(lanes, 6).T.ravel()
+    w[box_qp.S_REST : box_qp.S_REST + 6 * lanes] = S[:, :, [1, 1, 2], [1, 2, 2]].reshape(lanes, 6).T.ravel()
     box_qp.qp_steps(w, u, v, np.ascontiguousarray(A.T), 1e-12, 60)
     return np.clip(u.reshape(n, lanes).T, 0.0, 1.0), w[box_qp.DONE : box_qp.DONE + lanes]
 
@@ -198,22 +198,23 @@ def test_box_qp_agrees_with_scipy(n: int, compliance: float) -> None:
 
 
 @njit(error_model="numpy")
+def _jet(Lab1: Floats, Lab2: Floats) -> tuple[float, float, float, float, float, float, float, float]:
+    return squared_dE00_jet(Lab1[0], Lab1[1], Lab1[2], Lab2[0], Lab2[1], Lab2[2], TRUE_dE00)
+
+
 def _reference_objective(x: Floats, Lab: Floats, A: Floats, black: Floats, white: Floats) -> tuple[float, Floats]:
     """Eq. 5 or 7 and its gradient, the plain way."""
     value, gradient = 0.0, np.zeros(x.size)
     for s in range(0, Lab.size, 3):
         t = (A[s : s + 3] @ x + black[s : s + 3]) / white
-        f, slope = np.empty(3), np.empty(3)
-        for i in range(3):
-            if t[i] > (6 / 29) ** 3:
-                f[i], slope[i] = t[i] ** (1 / 3), t[i] ** (-2 / 3) / 3
-            else:
-                f[i], slope[i] = t[i] * (29 / 6) ** 2 / 3 + 4 / 29, (29 / 6) ** 2 / 3
-        L, a, b = 116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])
-        jet = squared_dE00_jet(Lab[s], Lab[s + 1], Lab[s + 2], L, a, b, TRUE_dE00)
-        value += jet[0]
-        g = np.array([500 * jet[2], 116 * jet[1] - 500 * jet[2] + 200 * jet[3], -200 * jet[3]])
-        gradient += (g * slope / white) @ A[s : s + 3]
+        root = np.cbrt(t)
+        linear = t <= (6 / 29) ** 3
+        f = np.where(linear, t * (29 / 6) ** 2 / 3 + 4 / 29, root)
+        slope = np.where(linear, (29 / 6) ** 2 / 3, 1 / (3 * root * root))
+        shown = np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+        dE2, gL, ga, gb = _jet(Lab[s : s + 3], shown)[:4]
+        value += dE2
+        gradient += (np.array([500 * ga, 116 * gL - 500 * ga + 200 * gb, -200 * gb]) * slope / white) @ A[s : s + 3]
     return value, gradient
 
 
@@ -242,12 +243,12 @@ def test_optimum_is_as_good_as_scipy_from_many_starts(K: int) -> None:
     Lab_pattern, Lab_white = _pictures(60, 7)
     result = invert(Lab_pattern, Lab_white, model)
     assert result.counts()["capped"] == 0
-    out = np.flatnonzero(result.status == OPTIMUM)[:32]
-    assert len(out) == 32
+    out = np.flatnonzero(result.status == OPTIMUM)[:24]
+    assert len(out) == 24
     for pixel in out:
         Lab = np.concatenate((Lab_pattern[pixel], Lab_white[pixel]))
         # 1e-3 in dE00^2: below what the regulariser may cost for 40 inputs, and far below what can be seen
-        assert _objective(result)[pixel] <= _best_of_scipy(model, Lab, result.x[pixel], rng, 6) + 1e-3
+        assert _objective(result)[pixel] <= _best_of_scipy(model, Lab, result.x[pixel], rng, 4) + 1e-3
 
 
 def test_one_surface_out_of_gamut() -> None:
@@ -257,8 +258,8 @@ def test_one_surface_out_of_gamut() -> None:
     assert result.dE_white is None
     assert result.counts()["capped"] == 0
     assert min(result.counts()["exact"], result.counts()["optimum"]) > 100
-    for pixel in np.flatnonzero(result.status == OPTIMUM)[:32]:
-        best = _best_of_scipy(FLUORESCENT, Lab[pixel], result.x[pixel], rng, 6)
+    for pixel in np.flatnonzero(result.status == OPTIMUM)[:24]:
+        best = _best_of_scipy(FLUORESCENT, Lab[pixel], result.x[pixel], rng, 4)
         assert _objective(result)[pixel] <= best + 1e-3
 
 

@@ -103,10 +103,6 @@ class Wall:
         return (u > low) & (u < WIDTH - 1 - low) & (v > low) & (v < HEIGHT - 1 - low)
 
 
-class _Wall(Wall):
-    """`cached_property` needs a writable instance dictionary, which a frozen dataclass has."""
-
-
 @pytest.fixture(scope="module")
 def clean() -> tuple[Wall, Captures]:
     wall = Wall()
@@ -204,12 +200,12 @@ def test_ripple_is_found_at_any_camera_resolution(pitch_px: float) -> None:
     truth = pitch_px * x + 0.03 * y + 1e-4 * x**2
     amplitude = 0.02 * (1.0 + 0.3 * x / 300)
     place = (truth + amplitude * np.sin(2.0 * np.pi * truth)).astype(np.float32)
-    place += np.random.default_rng(0).normal(0.0, 0.01, place.shape).astype(np.float32)
-    noise = place - truth - amplitude * np.sin(2.0 * np.pi * truth)
+    noise = np.random.default_rng(0).normal(0.0, 0.003, place.shape).astype(np.float32)
+    place += noise
     rms_px = remove_ripple(place, np.ones(place.shape, np.float32), np.zeros(place.shape, np.uint8))
-    assert rms_px == pytest.approx(0.023, abs=0.001)
-    # 30 coefficients from 60000 pixels of noise 0.01: 0.01 sqrt(30 / 60000) = 2e-4
-    assert np.sqrt(np.mean((place - truth - noise) ** 2)) < 4e-4
+    assert rms_px == pytest.approx(0.023, rel=0.01)
+    # noise moves the place at which the ripple is taken: 2 pi 0.023 0.003 / sqrt 2 = 3e-4; float32 at 400 px is 2e-5
+    assert np.sqrt(np.mean((place - truth - noise) ** 2)) < 4.5e-4
 
 
 def test_nearly_all_pixels_decode_on_black_ink(printed: tuple[Wall, Captures]) -> None:
@@ -238,7 +234,8 @@ def test_an_8_bit_noisy_camera_decodes_the_white_dots() -> None:
     decoded = decode(wall.captures().__getitem__, WIDTH, HEIGHT)
     bright = decoded.signal > 0.5 * np.percentile(decoded.signal, 90)
     assert np.mean(decoded.reason[wall.inside() & bright] == 0) > 0.995
-    assert np.mean(decoded.reason[wall.inside()] == 0) > 0.85
+    # black ink gives 130 electrons under noise of 14, and an 8-bit step is 31: contrast 4 to 5, where 3 is asked for
+    assert np.mean(decoded.reason[wall.inside()] == 0) > 0.8
     rounding = 257.0**2 / 12.0
     assert decoded.noise.read_variance == pytest.approx((12 * 65535 / 8000) ** 2 + rounding, rel=0.5)
 
@@ -313,21 +310,21 @@ def test_the_first_pair_may_be_the_wrong_one(printed: tuple[Wall, Captures]) -> 
         decode(read(captures, gray_x_5=captures["gray-x-5-inverse"]), WIDTH, HEIGHT)  # the camera was too quick
 
 
-def test_a_capture_exchanged_with_its_inverse_is_named(printed: tuple[Wall, Captures]) -> None:
+@pytest.mark.parametrize("name", ["gray-x-0", "gray-x-2", "gray-x-5", "gray-y-4", "gray-y-5"])
+def test_a_capture_exchanged_with_its_inverse_is_named(printed: tuple[Wall, Captures], name: str) -> None:
     _, captures = printed
-    for axis, bit in (("x", 2), ("y", 5)):
-        a, b = f"gray-{axis}-{bit}", f"gray-{axis}-{bit}-inverse"
-        exchanged = {**captures, a: captures[b], b: captures[a]}
-        with pytest.raises(CalibrationError, match=f"{a} and its inverse are exchanged"):
-            decode(exchanged.__getitem__, WIDTH, HEIGHT)
-
-
-def test_whole_bits_exchanged_are_noticed(printed: tuple[Wall, Captures]) -> None:
-    _, captures = printed
-    one, two = ("gray-x-1", "gray-x-1-inverse"), ("gray-x-2", "gray-x-2-inverse")
-    exchanged = {**captures, **dict(zip(one + two, [captures[n] for n in two + one], strict=True))}
-    with pytest.raises(CalibrationError, match="axis x contradict"):
+    exchanged = {**captures, name: captures[f"{name}-inverse"], f"{name}-inverse": captures[name]}
+    with pytest.raises(CalibrationError, match=f"{name} and its inverse are exchanged"):
         decode(exchanged.__getitem__, WIDTH, HEIGHT)
+
+
+@pytest.mark.parametrize(("one", "two"), [("gray-x-1", "gray-x-2"), ("gray-x-0", "gray-x-5"), ("gray-y-4", "gray-y-5")])
+def test_bits_exchanged_are_named(printed: tuple[Wall, Captures], one: str, two: str) -> None:
+    _, captures = printed
+    names = [one, two, f"{one}-inverse", f"{two}-inverse"]
+    other = [captures[name] for name in (two, one, f"{two}-inverse", f"{one}-inverse")]
+    with pytest.raises(CalibrationError, match=f"{one} and {two} are exchanged"):
+        decode({**captures, **dict(zip(names, other, strict=True))}.__getitem__, WIDTH, HEIGHT)
 
 
 def test_lines_out_of_order_are_named_also_neighbours(printed: tuple[Wall, Captures]) -> None:
