@@ -7,7 +7,10 @@ are loaded when they are first used.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from paxel_runtime.numba_cache import use_writable_cache
 from paxel_runtime.version import __version__
+
+use_writable_cache()  # before any kernel is imported
 
 if TYPE_CHECKING:
     from paxel_runtime.inversion import Inversion, invert

@@ -65,8 +65,9 @@ def map_to_subgamut(
     K = 0.5 C_max, ``"soft"`` keeps chroma C <= K and takes C > K to ``K + (C_max - K) u / (1 + u)`` with
     ``u = (C - K) / (C_max - K)``: slope 1 at the knee, never beyond C_max, monotone. ``"clip"`` takes min(C, C_max).
 
-    C_max is read from a table over lightness and hue (found by halvings on the half-spaces); a colour that is then
-    outside by the rounding of a corner is halved back to the boundary itself.
+    C_max is read from a table over lightness and hue (found by halvings on the half-spaces). The table rounds corners:
+    a colour that is outside for that, and every clipped one, is halved onto the boundary itself, so the table costs no
+    promise, only a little room for chroma.
 
     Parameters
     ----------
@@ -182,20 +183,38 @@ def _look_up(share: float, hue: float, boundary: NDArray[np.float64]) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _scale_to_boundary(
-    scale: float, L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]
+    outside: float,
+    slack_outside: float,
+    guess: float,
+    L: float,
+    a: float,
+    b: float,
+    columns: NDArray[np.float64],
+    white: NDArray[np.float64],
 ) -> float:
-    """Largest scale of (a, b) up to `scale` that is inside, by halvings to 1e-3 of chroma."""
+    """A scale of (a, b) inside, at most 1e-3 of chroma or 2e-6 of XYZ from the boundary; `outside` is one beyond it.
+
+    Regula falsi between a colour inside and one outside, from the table's `guess`, each step held to the middle
+    nine tenths so that neither end sticks.
+    """
     C = np.sqrt(a * a + b * b)
-    low, high = 0.0, scale
-    near = scale - 0.25 / C  # a corner that the table rounded is seldom farther
-    if near > 0.0 and _slack(L, np.float32(near * a), np.float32(near * b), columns, white) >= -TOLERANCE:
-        low = near
-    while (high - low) * C > 1e-3:
-        middle = 0.5 * (low + high)
-        if _slack(L, np.float32(middle * a), np.float32(middle * b), columns, white) >= -TOLERANCE:
-            low = middle
+    low, high = 0.0, outside
+    slack_low, slack_high = _slack(L, 0.0, 0.0, columns, white) + TOLERANCE, slack_outside + TOLERANCE
+    for step in range(64):
+        if (high - low) * C <= 1e-3 or slack_low <= 2e-6:
+            break
+        if step < 2:
+            middle = guess + (step - 0.5) * 0.1 / C  # the table is seldom farther off
+            if not low < middle < high:
+                continue
         else:
-            high = middle
+            share = slack_low / (slack_low - slack_high)
+            middle = low + min(max(share, 0.05), 0.95) * (high - low)
+        slack = _slack(L, np.float32(middle * a), np.float32(middle * b), columns, white) + TOLERANCE
+        if slack >= 0.0:
+            low, slack_low = middle, slack
+        else:
+            high, slack_high = middle, slack
     return low
 
 
@@ -221,18 +240,18 @@ def _map_pixels(
             a, b = np.float64(Lab[row, column, 1]), np.float64(Lab[row, column, 2])
             C_source = np.sqrt(a * a + b * b)
             limit = _look_up(share, np.arctan2(b, a), boundary)
-            bend = knee * limit
             inside = limit >= C_source
-            if not inside and knee >= 1.0:  # clipping leaves alone what is inside, the table's rounding apart
-                inside = _slack(L, a, b, columns, white) >= -TOLERANCE
-
             scale = 1.0
-            if bend < C_source and not (inside and knee >= 1.0):
-                room, excess = limit - bend, C_source - bend
-                scale = (bend + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C_source
+            if knee < 1.0:
+                bend = knee * limit
+                if bend < C_source:
+                    room, excess = limit - bend, C_source - bend
+                    scale = (bend + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C_source
             slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
+            if knee >= 1.0:  # what is inside stays as it is, the table's rounding apart
+                inside = slack >= -TOLERANCE
             if slack < -TOLERANCE and C_source > 0.0:
-                scale = _scale_to_boundary(scale, L, a, b, columns, white)
+                scale = _scale_to_boundary(scale, slack, limit / C_source, L, a, b, columns, white)
                 slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
             mapped[row, column, 0] = L
             mapped[row, column, 1] = scale * a

@@ -22,7 +22,7 @@ from paxel_runtime.structured_light import REASONS, Decoded
 
 __all__ = ["ChannelRegistration", "fit_registration", "verdict", "warp_to_nodal"]
 
-_SAMPLES = 60_000
+_SAMPLES = 40_000
 """Camera pixels of the first fit; the later ones use all."""
 _LEAST_POINTS = 500
 _LOOSE = 1.0
@@ -82,7 +82,8 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
     samples = _draw(decoded, rows, columns, seed)
     start = begin.fit_start(samples, width, height, seed)
     weight = (samples.signal / np.median(samples.signal)) ** 2
-    points = (decoded.projector_xy, decoded.signal, float(np.median(samples.signal)))
+    planes = (np.ascontiguousarray(plane) for plane in (decoded.projector_xy, decoded.signal))
+    points = (*planes, float(np.median(samples.signal)))
     table = begin.polynomial_grid(start.coefficients, width, height)
     # what the first polynomial cannot follow is no outlier yet
     sums, _ = fit.gather(*points, table, start.ink_px2, max(start.cutoff_px, _LOOSE * _pitch(table)))
@@ -115,7 +116,9 @@ def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64],
     uv = decoded.projector_xy[rows, columns].astype(np.float64)
     xy = np.column_stack([columns, rows]).astype(np.float64)
     signal = decoded.signal[rows, columns].astype(np.float64)
-    return begin.Samples(uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(decoded.signal, rows, columns))
+    return begin.Samples(
+        uv[:, 0], uv[:, 1], xy, signal, fit.ink_shift(np.ascontiguousarray(decoded.signal), rows, columns)
+    )
 
 
 def _pitch(table: NDArray[np.float64]) -> float:

@@ -214,7 +214,7 @@ def test_nearly_all_pixels_decode_on_black_ink(printed: tuple[Wall, Captures]) -
     assert np.mean(decoded.reason[wall.inside()] == 0) > 0.99
     assert np.all(decoded.reason[~wall.inside(0.0)] != 0)
     error = np.abs(decoded.projector_xy - wall.centres)[wall.inside() & (decoded.reason == 0)]
-    # a camera pixel on an edge of ink is pulled by a quarter of its width at most, 0.13 px; noise of a black dot is 0.04
+    # a camera pixel on an edge of ink is pulled by a quarter of its width at most, 0.13 px; a black dot's noise is 0.04
     assert np.percentile(error, 99) < 0.2
     assert decoded.counts["decoded"] == np.sum(np.all(np.isfinite(decoded.projector_xy), axis=-1))
     assert sum(decoded.counts.values()) == decoded.reason.size
@@ -241,7 +241,7 @@ def test_an_8_bit_noisy_camera_decodes_the_white_dots() -> None:
 
 
 def test_the_cheap_set_equals_the_full_one(printed: tuple[Wall, Captures]) -> None:
-    wall, captures = printed
+    _, captures = printed
     full = decode(captures.__getitem__, WIDTH, HEIGHT)
     asked: list[str] = []
 
@@ -258,7 +258,7 @@ def test_the_cheap_set_equals_the_full_one(printed: tuple[Wall, Captures]) -> No
 
 
 def test_the_cheap_set_follows_a_shift_between_channels(printed: tuple[Wall, Captures]) -> None:
-    wall, captures = printed
+    _, captures = printed
     guide = decode(captures.__getitem__, WIDTH, HEIGHT)
     other = Wall(turn_px=0.6)  # lateral chromatic aberration of 0.6 camera pixels
     decoded = decode(other.captures().__getitem__, WIDTH, HEIGHT, guide=guide)
@@ -268,7 +268,7 @@ def test_the_cheap_set_follows_a_shift_between_channels(printed: tuple[Wall, Cap
 
 
 def test_blinded_pixels_are_named(clean: tuple[Wall, Captures]) -> None:
-    wall, captures = clean
+    _, captures = clean
     changed = {name: capture.copy() for name, capture in captures.items()}
     for capture in changed.values():
         capture[40:60, 40:60] = 65535  # a lamp's reflection
@@ -306,7 +306,7 @@ def test_two_pairs_that_lost_a_partner_to_each_other_are_named(printed: tuple[Wa
 
 def test_the_first_pair_may_be_the_wrong_one(printed: tuple[Wall, Captures]) -> None:
     _, captures = printed
-    with pytest.raises(CalibrationError, match="1 of 12 pairs.*gray-x-5"):
+    with pytest.raises(CalibrationError, match=r"1 of 12 pairs.*gray-x-5"):
         decode(read(captures, gray_x_5=captures["gray-x-5-inverse"]), WIDTH, HEIGHT)  # the camera was too quick
 
 
@@ -345,7 +345,7 @@ def test_the_cheap_set_notices_its_order_too(printed: tuple[Wall, Captures]) -> 
 
 
 def test_a_camera_that_moved_is_noticed(printed: tuple[Wall, Captures]) -> None:
-    wall, captures = printed
+    _, captures = printed
     moved = Wall(ink=0.025, noisy=True, bits=14, turn_px=5.0).captures()
     late = {name: moved[name] if name.startswith(("gray-y", "line")) else captures[name] for name in captures}
     with pytest.raises(CalibrationError, match="something moved while they were taken"):
@@ -356,7 +356,7 @@ def test_a_camera_that_moved_is_noticed(printed: tuple[Wall, Captures]) -> None:
 
 def test_no_light_and_swapped_white_are_refused(printed: tuple[Wall, Captures]) -> None:
     _, captures = printed
-    dark = {name: captures["black"] for name in captures}
+    dark = dict.fromkeys(captures, captures["black"])
     with pytest.raises(CalibrationError, match="white must be brighter"):
         decode(dark.__getitem__, WIDTH, HEIGHT)
     with pytest.raises(CalibrationError, match="white must be brighter"):
@@ -368,7 +368,7 @@ def test_captures_of_another_size_or_kind_are_named(printed: tuple[Wall, Capture
     with pytest.raises(CalibrationError, match=r"gray-x-2 has 224 x 171 pixels, the others 224 x 172"):
         decode(read(captures, gray_x_2=captures["gray-x-2"][:-1]), WIDTH, HEIGHT)
     with pytest.raises(CalibrationError, match="line-x-1 must be one plane of uint16, got uint8"):
-        decode(read(captures, line_x_1=captures["line-x-1"].astype(np.uint8)), WIDTH, HEIGHT)  # type: ignore[arg-type]
+        decode(read(captures, line_x_1=captures["line-x-1"].astype(np.uint8)), WIDTH, HEIGHT)
 
 
 def test_captures_may_be_read_only_or_views(printed: tuple[Wall, Captures]) -> None:
