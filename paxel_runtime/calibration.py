@@ -156,15 +156,16 @@ def sort_pixels(
             "in focus and well exposed? Then run: paxel capture --force"
         )
     nodal_XYZ = linear_sRGB_to_XYZ(nodal).astype(np.float32)  # paper IV-C2: the camera's values taken as sRGB
+    inside = valid
     if "white" in colorants and len(colorants) > 1:
         progress("find the pattern's area")
         paper = list(colorants).index("white")
         labels = cluster(nodal_XYZ, valid, colorants, len(colorants), D65_XYZ).labels
-        valid &= pattern_area(valid & (labels != paper), dot_px)
+        inside = valid & pattern_area(valid & (labels != paper), dot_px)
     clusters = {}
     for K in counts:
         progress(f"sort pixels into {K} clusters")
-        clusters[K] = cluster(nodal_XYZ, valid, colorants, K, D65_XYZ)
+        clusters[K] = cluster(nodal_XYZ, inside, colorants, K, D65_XYZ)
     return SortedPixels(registration, nodal, valid, clusters)
 
 
@@ -296,7 +297,7 @@ def field_ratios(
     plan: Iterable[Exposure],
     channels: tuple[str, ...],
     camera_xy: Mapping[str, NDArray[np.float32]],
-    valid: NDArray[np.bool_],
+    inside: NDArray[np.bool_],
     clusters: tuple[str, ...],
 ) -> dict[str, dict[str, list[float]]]:
     """How much the pattern returns of each cluster's light, over the whole field as the camera sees it.
@@ -310,7 +311,7 @@ def field_ratios(
         Quantiles over the field of (light on the pattern) / (light on the white surface), averaged over some dots.
     """
     K = len(clusters)
-    inner = uniform_filter(valid.astype(np.float32), _FIELD_WINDOW_PX, mode="constant") > 0.999
+    inner = uniform_filter(inside.astype(np.float32), _FIELD_WINDOW_PX, mode="constant") > 0.999
     ratios: dict[str, dict[str, list[float]]] = {name: {} for name in clusters}
     dark = {
         (surface, channel): captures(exposure_name(surface, "dark", channel, channels)).astype(np.float32)
@@ -322,7 +323,7 @@ def field_ratios(
     for e in pictures:
         i = int(np.argmax(np.max(np.array(e.P), axis=1)))
         nodal = warp_to_nodal(captures(e.name).astype(np.float32) - dark[e.surface, e.channel], camera_xy[e.channel])
-        light[e.surface, i, e.channel] = uniform_filter(np.where(valid, nodal, 0), _FIELD_WINDOW_PX)[inner]
+        light[e.surface, i, e.channel] = uniform_filter(np.where(inside, nodal, 0), _FIELD_WINDOW_PX)[inner]
     for i, name in enumerate(clusters):
         for channel in channels:
             share = light["pattern", i, channel] / np.maximum(light["white", i, channel], 1e-3)

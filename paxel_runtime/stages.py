@@ -128,7 +128,7 @@ def calibrate(installation: Installation) -> dict[str, Any]:
         captures.plan,
         channels,
         captures.camera_xy,
-        captures.valid,
+        captures.labels[K] != 255,
         models[K].clusters,
     )
     with installation.writing("calibration") as folder:

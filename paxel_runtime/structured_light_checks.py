@@ -98,9 +98,9 @@ def refuse_dark(light: NDArray[np.float64]) -> None:
     low, high = np.percentile(light, (1.0, 99.0))
     if high <= 3.0 * max(-low, 1.0):
         raise CalibrationError(
-            "capture white must be brighter than capture black where the projector shines, by more than noise; 99 % of "
-            f"the pixels differ by less than {high:.0f} of 65535, 1 % by less than {low:.0f}: is the projection in view "
-            "and exposed long enough, the lens open, and was white taken while white was shown?"
+            "capture white must be brighter than capture black where the projector shines, by more than noise; 99 % "
+            f"of the pixels differ by less than {high:.0f} of 65535, 1 % by less than {low:.0f}: is the projection in "
+            "view and exposed long enough, the lens open, and was white taken while white was shown?"
         )
 
 

@@ -39,7 +39,7 @@ def to_camera(u: NDArray[np.float64], v: NDArray[np.float64], wave_px: float = 0
 def to_projector(x: NDArray[np.float64], y: NDArray[np.float64], wave_px: float = 0.0) -> NDArray[np.float64]:
     """Inverse of `to_camera`, by Newton's method."""
     u, v = 84.5 + (x - 186.0) / 2.0, 60.0 + (y - 136.0) / 2.0
-    for _ in range(5):
+    for _ in range(4):
         here = to_camera(u, v, wave_px)
         du = (to_camera(u + 1e-4, v, wave_px) - here) / 1e-4
         dv = (to_camera(u, v + 1e-4, wave_px) - here) / 1e-4
@@ -92,7 +92,7 @@ def on_ink(psf_px: float = 0.55, dot_px: float = 10.2) -> Decoded:
     blank = measured()
     uv = to_projector(x, y)
     seen = [
-        gaussian_filter(plane, psf_px * fine, mode="nearest")
+        gaussian_filter(plane, psf_px * fine, mode="nearest", truncate=3.5)
         for plane in (reflectance, *np.moveaxis(uv, -1, 0) * reflectance)
     ]
     middle = [plane[1::fine, 1::fine] for plane in seen]

@@ -85,8 +85,10 @@ class Wall:
     def capture(self, frame: LightFrame) -> NDArray[np.uint16]:
         across = self._light(frame.profile if frame.axis == "x" else np.ones(WIDTH, bool))
         down = self._light(frame.profile if frame.axis == "y" else np.ones(HEIGHT, bool))
-        light = sum(r * across[i] * down[j] for i, j, r in self._points) * (0.7 if frame.profile.any() else 0.0)
-        level = 0.002 + light
+        level = np.full(self.shape, 0.002)
+        if frame.profile.any():
+            for i, j, reflectance in self._points:
+                level += 0.7 * reflectance * across[i] * down[j]
         if self.noisy:
             rng = np.random.default_rng((self.seed, *frame.name.encode()))
             electrons = rng.poisson(level * self.full_well_e) + rng.normal(0.0, self.read_noise_e, level.shape)
