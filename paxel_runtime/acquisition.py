@@ -233,7 +233,10 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
     for K, clusters in sorting.clusters.items():
         write_image(folder / f"clusters-K{K}.png", clusters.labels)
     figures = {
-        "registration": {name: dict(table.figures) for name, table in sorting.registration.items()},
+        "registration": {
+            name: {"verdict": ": ".join(sorting.verdicts[name]), **table.figures}
+            for name, table in sorting.registration.items()
+        },
         "clusters": {
             str(K): {"names": list(c.names), "shares": [float(s) for s in c.shares]}
             for K, c in sorting.clusters.items()

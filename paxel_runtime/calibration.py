@@ -23,7 +23,7 @@ from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_Lab, linear_sRGB_to_
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
-from paxel_runtime.registration import ChannelRegistration, fit_registration, warp_to_nodal
+from paxel_runtime.registration import ChannelRegistration, fit_registration, verdict, warp_to_nodal
 from paxel_runtime.structured_light import Decoded, decode
 
 __all__ = [
@@ -51,6 +51,8 @@ class SortedPixels:
     Attributes
     ----------
     registration : dict of channel name -> ChannelRegistration
+    verdicts : dict of channel name -> (word, reason)
+        "good" or "usable", and why.
     nodal : (H, W, N) float32 array
         Nodal images: reflectance factor of what each pixel lights under each channel, 1 on the white surface.
     valid : (H, W) bool array
@@ -59,6 +61,7 @@ class SortedPixels:
     """
 
     registration: dict[str, ChannelRegistration]
+    verdicts: dict[str, tuple[str, str]]
     nodal: NDArray[np.float32]
     valid: NDArray[np.bool_]
     clusters: dict[int, Clusters]
@@ -143,9 +146,16 @@ def sort_pixels(
     Raises
     ------
     CalibrationError
-        If the structured light cannot be decoded or no pixel is registered.
+        If the structured light cannot be decoded, has to be captured again, or no pixel is registered.
     """
-    registration, _ = register(captures, channels, resolution, progress)
+    registration, decoded = register(captures, channels, resolution, progress)
+    verdicts = {name: verdict(decoded[name], registration[name]) for name in channels}
+    for name, (word, reason) in verdicts.items():
+        if word == "repeat":
+            raise CalibrationError(
+                f"the structured light in {name} has to be captured again: {reason}. Mend that, then run: "
+                "paxel capture --force"
+            )
     progress("make nodal images")
     nodal = nodal_reflectance(captures, channels, registration)
     valid = np.logical_and.reduce([registration[name].valid for name in channels])
@@ -166,7 +176,7 @@ def sort_pixels(
     for K in counts:
         progress(f"sort pixels into {K} clusters")
         clusters[K] = cluster(nodal_XYZ, inside, colorants, K, D65_XYZ)
-    return SortedPixels(registration, nodal, valid, clusters)
+    return SortedPixels(registration, verdicts, nodal, valid, clusters)
 
 
 def pattern_area(ink: NDArray[np.bool_], dot_px: float) -> NDArray[np.bool_]:

@@ -192,7 +192,7 @@ def _scale_to_boundary(
     columns: NDArray[np.float64],
     white: NDArray[np.float64],
 ) -> float:
-    """A scale of (a, b) inside, at most 1e-3 of chroma or 2e-6 of XYZ from the boundary; `outside` is one beyond it.
+    """A scale of (a, b) inside, at most 1e-3 of chroma or 5e-7 of XYZ from the boundary; `outside` is one beyond it.
 
     Regula falsi between a colour inside and one outside, from the table's `guess`, each step held to the middle
     nine tenths so that neither end sticks.
@@ -201,7 +201,7 @@ def _scale_to_boundary(
     low, high = 0.0, outside
     slack_low, slack_high = _slack(L, 0.0, 0.0, columns, white) + TOLERANCE, slack_outside + TOLERANCE
     for step in range(64):
-        if (high - low) * C <= 1e-3 or slack_low <= 2e-6:
+        if (high - low) * C <= 1e-3 or slack_low <= 5e-7:
             break
         if step < 2:
             middle = guess + (step - 0.5) * 0.1 / C  # the table is seldom farther off

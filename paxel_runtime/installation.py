@@ -164,7 +164,7 @@ class Installation:
             name = pattern.format(stem=stem)
             path = self.path / name
             if not path.is_file():
-                raise InstallationError(f"{path} is missing; run: {self._next_command()}")
+                raise InstallationError(f"{path} is missing; see what to run with: paxel status {self.path}")
             files[name] = file_sha256(path)
         for name, path in (extra_files or {}).items():
             files[name] = file_sha256(path)
@@ -200,12 +200,6 @@ class Installation:
             states[stage.name] = status.state
             result.append(status)
         return result
-
-    def _next_command(self) -> str:
-        for status in self.status():
-            if status.state != "done":
-                return f"paxel {status.stage.command} {self.path}"
-        return f"paxel status {self.path}"
 
     @contextmanager
     def writing(self, stage_name: str, *, keep: bool = False) -> Iterator[Path]:

@@ -74,9 +74,9 @@ def view_figures(
 ) -> dict[str, float | None]:
     """How well a view shows its mapped picture, and how much of the other picture is left in it.
 
-    The view and the white sheet's view go through the eye, then the view is divided by the white sheet and
-    multiplied by the white point, in each of X, Y, Z: the fall-off of the projection is no error of the picture. The
-    mapped picture goes through the same eye. Left out are 3 sigma beside the frame's edge and beside `mask`.
+    The view is divided by the white sheet's fall-off (the white view, blurred, over the white point, in each of X, Y,
+    Z): fall-off is no error of the picture. Then view and mapped picture go through the same eye. Left out are 3
+    sigma beside the frame's edge and beside `mask`.
 
     *Ghosting* (design: section 4): with R = L* of the view - L* of its mapped picture, the least-squares fit
     R ~ 1 + own + other over the pixels gives 100 |coefficient of other|, in percent of the other picture's contrast.
@@ -115,11 +115,11 @@ def view_figures(
             raise InputError(f"{name} must have the view's shape {view_XYZ.shape}, got {array.shape}")
     inner = _inner_mask(mask, sigma_px)
     white = np.asarray(white_point, np.float64)
-    white_sheet = eye_blur(white_view_XYZ, sigma_px)[inner]
-    if not np.all(white_sheet > 0):
+    fall_off = eye_blur(white_view_XYZ, sigma_px) / white
+    if not np.all(fall_off[inner] > 0):
         raise InputError("the white sheet's view must be > 0 wherever the picture is shown, got pixels without light")
-    seen_XYZ = eye_blur(view_XYZ, sigma_px)[inner] / white_sheet * white
-    Lab_seen = XYZ_to_Lab(seen_XYZ, white)
+    leveled_XYZ = np.divide(view_XYZ, fall_off, out=np.zeros(view_XYZ.shape), where=fall_off > 0)
+    Lab_seen = XYZ_to_Lab(eye_blur(leveled_XYZ, sigma_px)[inner], white)
     Lab_own = _through_the_eye(mapped_Lab, white, sigma_px)[inner]
     dE = dE00(Lab_seen, Lab_own)
     ghosting = None

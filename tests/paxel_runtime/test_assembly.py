@@ -69,7 +69,7 @@ def test_what_cannot_be_assembled() -> None:
         assemble(x[..., :5], labels, RESPONSE, 8)
     with pytest.raises(InputError, match="black, white"):
         assemble(x, labels, RESPONSE, 8, outside="gray")
-    with pytest.raises(InputError, match="1..16"):
+    with pytest.raises(InputError, match=r"bits must be 1\.\.16"):
         assemble(x, labels, RESPONSE, 17)
     with pytest.raises(InputError, match="labels"):
         assemble(x, labels[:1], RESPONSE, 8)

@@ -140,7 +140,7 @@ def test_the_sample_finds_the_centres_of_all_pixels() -> None:
 
 def test_errors_say_what_to_do() -> None:
     nodal, valid = np.ones((8, 8, 3), np.float32), np.ones((8, 8), bool)
-    with pytest.raises(CalibrationError, match="only 1 colours.*lower clusters.count"):
+    with pytest.raises(CalibrationError, match=r"only 1 colours.*lower clusters\.count"):
         cluster(nodal, valid, BW, 2, WHITE)
     grain = np.random.default_rng(0).normal(0.8, 0.01, (8, 8, 1)).astype(np.float32)
     with pytest.raises(CalibrationError, match="black and on white must differ by at least 5"):

@@ -158,6 +158,6 @@ def test_a_picture_of_one_gray_and_errors() -> None:
         map_to_subgamut(flat, SUB_GAMUT, lightness=(50, 50))
     with pytest.raises(InputError, match=r"\(H, W, 3\)"):
         map_to_subgamut(flat[..., 0], SUB_GAMUT)
-    beside = np.random.default_rng(0).uniform(0, 0.1, (20, 3)) + (0.5, 0.2, 0.1)
+    beside = np.random.default_rng(0).uniform(0, 0.1, (20, 3)) + np.array([0.5, 0.2, 0.1])
     with pytest.raises(GamutError, match="gray"):
         map_to_subgamut(flat, _sub_gamut(beside))

@@ -92,6 +92,23 @@ def test_a_changed_key_makes_its_stage_and_all_after_it_stale(
     assert any(key in text for text in reason)
 
 
+@pytest.mark.parametrize("stage", [stage.name for stage in STAGES])
+def test_a_lost_file_is_told_and_never_breaks_the_status(stage: str, fill: Callable[..., Installation]) -> None:
+    installation = fill()
+    for name in RECORDS[stage]:
+        path = installation.folder(stage) / name
+        content = path.read_bytes()
+        path.unlink()
+        states = _states(installation.path)
+        alone = {"full.on-pattern.json", "model.json", "clusters.png", "dual-image.png"}  # no record of their stage
+        if name not in alone:
+            assert states[stage] != "done", name
+        names = [s.name for s in STAGES]
+        if name != "full.on-pattern.json" and stage != "preview":  # nothing that follows reads those
+            assert "done" not in [states[n] for n in names[names.index(stage) + 1 :] if n != "gamut"][-1:], (name, states)
+        path.write_bytes(content)
+
+
 def test_require_names_the_stage_the_reason_and_the_command(fill: Callable[..., Installation]) -> None:
     installation = fill()
     _set(installation.path, "pattern.dot_size_mm", 0.5)
