@@ -162,7 +162,7 @@ def demo_sheet(
         "The print, and which part of it each projector pixel lights",
         (
             (
-                Tile(pattern, "the printed pattern (detail)"),
+                Tile(_in_tile_shape(pattern), "the printed pattern (detail)"),
                 Tile(cluster_map, f"clusters of projector pixels, {_CLUSTER_ZOOM}00 %"),
                 Text(tuple(lines), 3),
             ),
@@ -240,7 +240,7 @@ def _effect_group(effect: EffectTiles) -> Group:
                     Tile(surface.source, f"wanted {words}"),
                     Tile(surface.mapped, "in colours both surfaces allow"),
                     Tile(surface.seen, "seen, true brightness"),
-                    Tile(surface.seen_adapted, f"seen {words}", surface.note, emphasis=True),
+                    Tile(surface.seen_adapted, f"seen {words}, eye adapted", surface.note, emphasis=True),
                 )
             )
     return Group(effect.heading, tuple(rows))
@@ -345,6 +345,12 @@ def _fit(text: str, size_px: int, width: int) -> str:
 def _middle(picture: sRGB8, width: int, height: int) -> sRGB8:
     top, left = max(0, (picture.shape[0] - height) // 2), max(0, (picture.shape[1] - width) // 2)
     return picture[top : top + height, left : left + width]
+
+
+def _in_tile_shape(picture: sRGB8) -> sRGB8:
+    """The middle of a picture in the shape of a tile, as large as there is."""
+    height, width = picture.shape[:2]
+    return _middle(picture, min(width, height * _TILE[0] // _TILE[1]), min(height, width * _TILE[1] // _TILE[0]))
 
 
 def _scaled(picture: sRGB8) -> sRGB8:

@@ -59,7 +59,7 @@ def eye_blur(XYZ: NDArray[np.floating], sigma_px: float) -> NDArray[np.float32]:
     if sigma_px == 0:
         return blurred
     for axis in (0, 1):
-        blurred = gaussian_filter1d(blurred, sigma_px, axis=axis, mode="nearest")
+        blurred = gaussian_filter1d(blurred, sigma_px, axis=axis, mode="reflect")
     return blurred
 
 

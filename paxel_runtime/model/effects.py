@@ -88,7 +88,7 @@ class DualImage(_WithoutSettings):
     """Two pictures, one a surface, each in colours that go with every colour of the other (a product pair)."""
 
     key = "dual-image"
-    description = "two pictures, one on each surface, any colour of one beside any colour of the other"
+    description = "two pictures in one projection, one on each surface"
     pictures = ("on_pattern", "on_white")
 
 
@@ -110,7 +110,7 @@ class Neutralize(Effect):
     Lab: tuple[float, float, float] = (50.0, 0.0, 0.0)
 
     key = "neutralize"
-    description = "one picture that vanishes into one uniform colour (L,a,b) on the other surface"
+    description = "one picture that vanishes into one uniform colour on the other surface"
     pictures = ("image",)
 
     def __post_init__(self) -> None:

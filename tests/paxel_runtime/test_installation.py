@@ -105,7 +105,10 @@ def test_a_lost_file_is_told_and_never_breaks_the_status(stage: str, fill: Calla
             assert states[stage] != "done", name
         names = [s.name for s in STAGES]
         if name != "full.on-pattern.json" and stage != "preview":  # nothing that follows reads those
-            assert "done" not in [states[n] for n in names[names.index(stage) + 1 :] if n != "gamut"][-1:], (name, states)
+            assert "done" not in [states[n] for n in names[names.index(stage) + 1 :] if n != "gamut"][-1:], (
+                name,
+                states,
+            )
         path.write_bytes(content)
 
 
