@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import sys
 import tomllib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 import typer.core
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.markup import escape
 from rich.table import Table
 
+from paxel_design.console import messages, print_json, print_table, progress_bar, report, report_records, say
 from paxel_runtime.errors import InputError, PaxelError, UsageError
 
 if TYPE_CHECKING:
@@ -34,7 +32,7 @@ class _Group(typer.core.TyperGroup):
             messages.print(f"paxel: {error}", style="red", markup=False, soft_wrap=True)
             raise SystemExit(error.exit_code) from None
         except KeyboardInterrupt:
-            _say("paxel: interrupted; finished captures are kept, every other stage is as it was")
+            say("paxel: interrupted; finished captures are kept, every other stage is as it was")
             raise SystemExit(130) from None
 
 
@@ -53,8 +51,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-
-messages = Console(stderr=True, highlight=False)
 
 Dir = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the installation.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")]
@@ -83,7 +79,7 @@ def new(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json: 
     settings = make_settings(preset, _overrides(set))
     Installation.create(dir, settings)
     path = dir / "paxel.toml"
-    _report(
+    report(
         as_json, {"paxel_toml": str(path), "settings": settings.values()}, f"wrote {path}; next: paxel pattern {dir}"
     )
 
@@ -110,7 +106,7 @@ def capture(dir: Dir, force: Force = False, as_json: Json = False) -> None:
     def run(installation: Installation, progress: Callable[[str, int, int], None]) -> dict[str, Any]:
         plan = plan_exposures(installation)
         pictures = sum(exposure.device == "camera" for exposure in plan)
-        _say(f"capturing {pictures} pictures and {len(plan) - pictures} readings")
+        say(f"capturing {pictures} pictures and {len(plan) - pictures} readings")
         return run_capture(installation, open_devices(installation), progress, force=force)
 
     _run_stage(dir, "captures", force, as_json, run, "captures/complete.json")
@@ -154,7 +150,7 @@ def gamut(
     if (dir is None) == (model is None):
         raise UsageError("give a folder, or --model FILE: paxel gamut my-show")
     if model is not None:
-        _report_gamut(as_json, make_gamut_of_model(model, chosen, shown_on, out), out or model)
+        report_records(as_json, make_gamut_of_model(model, chosen, shown_on, out), out or model)
         return
     assert dir is not None
     installation = _open(dir)
@@ -162,11 +158,11 @@ def gamut(
     names = gamut_files(installation, chosen, shown_on)
     if not force and _up_to_date(installation, "gamut", names):
         result = _records(installation, "gamut", names)
-        _say("gamut is up to date; nothing to do (--force makes it anew)")
+        say("gamut is up to date; nothing to do (--force makes it anew)")
     else:
-        with _progress() as progress:
+        with progress_bar() as progress:
             result = make_gamut(installation, chosen, shown_on, progress)
-    _report_gamut(as_json, result, installation.folder("gamut"))
+    report_records(as_json, result, installation.folder("gamut"))
 
 
 @app.command()
@@ -207,13 +203,13 @@ def project(
             raise UsageError("no projection yet: give --effect and its pictures; see paxel project --help")
     results = {}
     for chosen, pictures, projection_name, surface in wanted:
-        with _progress() as progress:
+        with progress_bar() as progress:
             results[f"{projection_name}.json"], fresh = make_projection_stage(
                 installation, chosen, pictures, name=projection_name, shown_on=surface, force=force, progress=progress
             )
         if not fresh:
-            _say(f"projection {projection_name} is up to date; nothing to do (--force makes it anew)")
-    _report_records(as_json, results, installation.folder("projection"))
+            say(f"projection {projection_name} is up to date; nothing to do (--force makes it anew)")
+    report_records(as_json, results, installation.folder("projection"))
 
 
 @app.command()
@@ -227,11 +223,11 @@ def preview(
     from paxel_design.stages.projection import make_previews
 
     installation = _open(dir)
-    with _progress() as progress:
+    with progress_bar() as progress:
         results, fresh = make_previews(installation, [name] if name else [], force, progress)
     if not fresh:
-        _say("preview is up to date; nothing to do (--force makes it anew)")
-    _report_records(as_json, results, installation.folder("preview"))
+        say("preview is up to date; nothing to do (--force makes it anew)")
+    report_records(as_json, results, installation.folder("preview"))
 
 
 @app.command()
@@ -243,12 +239,12 @@ def status(dir: Dir, as_json: Json = False) -> None:
     next_command = f"paxel {todo.stage.command} {dir}" if todo else ""
     if as_json:
         rows = [{"stage": s.stage.name, "state": s.state, "reasons": list(s.reasons)} for s in stages]
-        _print_json({"stages": rows, "next": next_command})
+        print_json({"stages": rows, "next": next_command})
         return
     table = Table("stage", "state", "why")
     colours = {"done": "green", "stale": "yellow", "missing": "red"}
     for s in stages:
-        table.add_row(s.stage.name, f"[{colours[s.state]}]{s.state}[/]", "\n".join(s.reasons))
+        table.add_row(s.stage.name, f"[{colours[s.state]}]{s.state}[/]", escape("\n".join(s.reasons)))
     console = Console(highlight=False)
     console.print(table)
     console.print(f"next: {next_command}" if next_command else "everything is up to date")
@@ -262,13 +258,13 @@ def demo(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json:
     """
     from paxel_design.demo import run_demo
 
-    with _progress() as progress:
-        result = run_demo(dir, preset, _overrides(set), progress, _say)
+    with progress_bar() as progress:
+        result = run_demo(dir, preset, _overrides(set), progress, say)
     if as_json:
-        _print_json(result)
+        print_json(result)
         return
-    _table("figures (virtual bench)", result["figures"])
-    _table("files", result["files"])
+    print_table("figures (virtual bench)", result["figures"])
+    print_table("files", result["files"])
 
 
 # Parsing ------------------------------------------------------------------------------------------------------------
@@ -334,12 +330,12 @@ def _run_stage(
         installation.require(before[-1])
     state = next(s.state for s in installation.status() if s.stage.name == stage)
     if state == "done" and not force:
-        _say(f"{stage} is up to date; nothing to do (--force makes it anew)")
+        say(f"{stage} is up to date; nothing to do (--force makes it anew)")
         result = read_json(installation.path / record)
     else:
-        with _progress() as progress:
+        with progress_bar() as progress:
             result = run(installation, progress)
-    _report(as_json, result, f"{stage}: {installation.folder(stage)}")
+    report(as_json, result, f"{stage}: {installation.folder(stage)}")
 
 
 def _up_to_date(installation: Installation, stage: str, records: list[str]) -> bool:
@@ -356,73 +352,6 @@ def _records(installation: Installation, stage: str, names: list[str]) -> dict[s
     from paxel_runtime.storage import read_json
 
     return {name: read_json(installation.folder(stage) / name) for name in names}
-
-
-def _report_gamut(as_json: bool, result: dict[str, Any], where: Path) -> None:
-    _report_records(as_json, result, where)
-
-
-def _report_records(as_json: bool, results: dict[str, Any], where: Path) -> None:
-    """One result as its own record; several under their file names."""
-    if as_json:
-        _print_json(next(iter(results.values())) if len(results) == 1 else results)
-        return
-    for name, record in results.items():
-        _table(str(where / name), record)
-
-
-def _report(as_json: bool, result: dict[str, Any], line: str) -> None:
-    if as_json:
-        _print_json(result)
-        return
-    Console(highlight=False).print(line, markup=False, soft_wrap=True)
-    _table("", result)
-
-
-def _table(title: str, figures: dict[str, Any]) -> None:
-    """A small table of the figures of a record; provenance is left to the file."""
-    table = Table(title=title or None, title_justify="left", show_header=False)
-    for key, value in _flat(figures):
-        table.add_row(key, value)
-    if table.row_count:
-        Console(highlight=False).print(table)
-
-
-_NOT_SHOWN = {"writer", "inputs", "settings", "polygon", "schema", "version", "cells", "seed", "text"}
-"""Provenance and long lists: in the file, not in the table."""
-
-
-def _flat(figures: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
-    for key, value in figures.items():
-        if not prefix and key in _NOT_SHOWN:
-            continue
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{key}.")
-        elif isinstance(value, list | tuple):
-            yield f"{prefix}{key}", ", ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in value)
-        else:
-            yield f"{prefix}{key}", f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _print_json(data: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(data, indent=1, ensure_ascii=False) + "\n")
-
-
-def _say(text: str) -> None:
-    messages.print(text, markup=False, soft_wrap=True)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, int, int], None]]:
-    """A progress bar on standard error: what is done now, how far, how long."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=messages, transient=True) as bar:
-        task = bar.add_task("start", total=None)
-
-        def update(message: str, done: int, total: int) -> None:
-            bar.update(task, description=message, completed=done, total=total)
-
-        yield update
 
 
 if __name__ == "__main__":
