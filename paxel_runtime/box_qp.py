@@ -27,6 +27,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import INLINED
+
 __all__ = [
     "DONE",
     "LANES",
@@ -65,34 +67,26 @@ Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
 Sym3: TypeAlias = tuple[float, float, float, float, float, float]
 
-_SIMD = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": {"contract"},
-    "forceinline": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 _FAR = 1e300
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def larger(a: float, b: float) -> float:
     return a if a > b else b  # the built-in max and min are calls, which end vectorisation
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def smaller(a: float, b: float) -> float:
     return a if a < b else b
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def clip(t: float) -> float:
     return smaller(larger(t, 0.0), 1.0)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _factor(p: Sym3) -> Sym3:
     """L D L^T of a symmetric 3 x 3 matrix: l10, l20, l21, 1/d0, 1/d1, 1/d2."""
     i0 = 1.0 / p[0]
@@ -104,7 +98,7 @@ def _factor(p: Sym3) -> Sym3:
     return l10, l20, l21, i0, i1, i2
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _solve(f: Sym3, r: Vec3) -> Vec3:
     y1 = r[1] - f[0] * r[0]
     y2 = (r[2] - f[1] * r[0] - f[2] * y1) * f[5]
@@ -112,12 +106,12 @@ def _solve(f: Sym3, r: Vec3) -> Vec3:
     return r[0] * f[3] - f[0] * x1 - f[1] * y2, x1, y2
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _dot(a: Vec3, b: Vec3) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _times(s: Sym3, v: Vec3) -> Vec3:
     return (
         s[0] * v[0] + s[1] * v[1] + s[2] * v[2],
@@ -126,17 +120,17 @@ def _times(s: Sym3, v: Vec3) -> Vec3:
     )
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _vec3(w: Floats, row: int) -> Vec3:
     return w[row], w[row + LANES], w[row + 2 * LANES]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _sym3(w: Floats, first: int, rest: int) -> Sym3:
     return w[first], w[first + LANES], w[first + 2 * LANES], w[rest], w[rest + LANES], w[rest + 2 * LANES]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _residual(w: Floats, u: Floats, AT: Floats) -> None:
     """R(nu), 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows)."""
     for lane in range(LANES):
@@ -167,7 +161,7 @@ def _residual(w: Floats, u: Floats, AT: Floats) -> None:
             w[RES + 5 * LANES + lane] -= a5 * x
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _matrix(w: Floats, u: Floats, AT: Floats) -> None:
     """Newton's matrix S + A_F A_F^T."""
     for lane in range(LANES):
@@ -207,7 +201,7 @@ def _matrix(w: Floats, u: Floats, AT: Floats) -> None:
             w[_M + 20 * LANES + lane] += f5 * a5
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _count_done(w: Floats, tolerance: float) -> int:
     """Mark the lanes whose residual is down to `tolerance` or to rounding (u carries the rounding of A^T nu)."""
     done = 0
@@ -224,7 +218,7 @@ def _count_done(w: Floats, tolerance: float) -> int:
     return done
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _direction(w: Floats) -> None:
     """Newton's direction by blocks: (P Q; Q^T T) d = R with the Schur complement of P. Zero in lanes that are done."""
     for lane in range(LANES):
@@ -259,7 +253,7 @@ def _direction(w: Floats) -> None:
         w[_D + 5 * LANES + lane] = moving * d2[2]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
     """v = A^T d; u becomes the step t at which an input enters the box; the slope of R . d at t = 0 and its own."""
     for lane in range(LANES):
@@ -285,7 +279,7 @@ def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
             u[j * LANES + lane] = ahead / speed
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _line_search(w: Floats, u: Floats, v: Floats, n: int) -> None:
     """Exact maximum along d, at most the full step: walk over the pieces until the slope changes sign.
 

@@ -34,6 +34,7 @@ from paxel_runtime.local_model import (
     t_to_Lab,
 )
 from paxel_runtime.model.delta_e import TRUE_dE00, squared_dE00_jet
+from paxel_runtime.numba_options import INLINED
 
 __all__ = ["CAPPED", "EXACT", "OPTIMUM", "PENDING", "evaluate", "newton", "solve_in_box", "solve_linear"]
 
@@ -42,14 +43,6 @@ Labels: TypeAlias = NDArray[np.uint8]
 
 EXACT, OPTIMUM, CAPPED, PENDING = 0, 1, 2, 255
 
-_SIMD = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": {"contract"},
-    "forceinline": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
 
 _IN_BOX = 1e-9  # an input may leave 0..1 by rounding of the linear solve
@@ -114,7 +107,7 @@ def solve_linear(
             status[p] = EXACT
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _set_compliance(w: Floats, value: float) -> None:
     """S = value times the identity on both surfaces."""
     for s in (0, 3):
@@ -123,13 +116,13 @@ def _set_compliance(w: Floats, value: float) -> None:
         w[S_REST + (s + 2) * LANES : S_REST + (s + 3) * LANES] = value
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _write_x(u: Floats, lane: int, x: Floats, pixel: int) -> None:
     for j in range(x.shape[1]):
         x[pixel, j] = clip(u[j * LANES + lane])
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _write_best(w: Floats, lane: int, AT: Floats, x: Floats, pixel: int) -> None:
     """The x of the last accepted point; of the multipliers so far where none was accepted."""
     row = _NU_HERE if w[VALUE + lane] < _NO_VALUE else NU
@@ -176,7 +169,7 @@ def solve_in_box(
                 status[p] = EXACT
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: Floats) -> None:
     """Give a lane a new pixel: no multipliers, and the wanted colour itself as the first point to expand about."""
     for s in range(0, 6, 3):
@@ -196,7 +189,7 @@ def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: F
     w[_ROUND + lane] = 0.0
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _choose(w: Floats, row: int, other: int, take: float) -> None:
     """Three rows: row <- other where `take`. Written out, for a loop over rows would end vectorisation."""
     h0, h1, h2 = w[row], w[row + LANES], w[row + 2 * LANES]
@@ -206,18 +199,18 @@ def _choose(w: Floats, row: int, other: int, take: float) -> None:
     w[row + 2 * LANES] = t2 if take > 0.0 else h2
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _objective(w: Floats, lane: int, offset: int, reg: int) -> float:
     return w[VALUE + offset + lane] + w[VALUE + offset + 3 * LANES + lane] + _DELTA * w[reg + lane]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _promise(w: Floats, lane: int) -> float:
     """Change of the objective that the local model expects at the trial point, <= 0."""
     return w[CHANGE + lane] + w[CHANGE + 3 * LANES + lane] + _DELTA * (w[REG + lane] - w[_REG_HERE + lane])
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _judge(w: Floats) -> None:
     """Take the trial points or go back, and set the damping: Levenberg and Marquardt's rule on gain / promise."""
     for lane in range(LANES):

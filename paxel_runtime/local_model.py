@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from paxel_runtime.box_qp import LANES, NU, RES, ROWS, S_FIRST, S_REST, Z, larger, smaller
 from paxel_runtime.model.delta_e import squared_dE00_jet
+from paxel_runtime.numba_options import INLINED
 
 __all__ = [
     "CHANGE",
@@ -57,14 +58,6 @@ TRIAL = POINT_ROWS * LANES  # offset to the same rows of the trial point
 WORKSPACE = POINT + 2 * POINT_ROWS * LANES
 """Size of the workspace; a caller's own rows start here."""
 
-_SIMD = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": {"contract"},
-    "forceinline": True,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
 _KERNEL = {
     "cache": True,
     "error_model": "numpy",
@@ -79,17 +72,17 @@ _SOFTNESS = 1e-10  # dE00^2 is a cone at gray: rounded off within 1e-5 of chroma
 _FLOOR = 0.02  # least curvature of the model: a third of the least of dE00^2 itself
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _load3(w: Floats, row: int) -> Vec3:
     return w[row], w[row + LANES], w[row + 2 * LANES]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _store3(w: Floats, row: int, a: float, b: float, c: float) -> None:
     w[row], w[row + LANES], w[row + 2 * LANES] = a, b, c
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _f(t: float) -> tuple[float, float, float]:
     """CIELAB's f(t) with f' and f'' / f'^2; t up to 64.
 
@@ -113,26 +106,26 @@ def _f(t: float) -> tuple[float, float, float]:
     )
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def t_to_Lab(tx: float, ty: float, tz: float) -> tuple[float, float, float]:
     """CIELAB of XYZ over the white point."""
     fx, fy, fz = _f(tx)[0], _f(ty)[0], _f(tz)[0]
     return 116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _inverse_f(f: float) -> float:
     return f * f * f if f > 6.0 / 29.0 else (f - 16.0 / 116.0) / _LINEAR
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def Lab_to_t(L: float, a: float, b: float) -> tuple[float, float, float]:
     """XYZ over the white point of a CIELAB colour."""
     f = (L + 16.0) / 116.0
     return _inverse_f(f + a / 500.0), _inverse_f(f), _inverse_f(f - b / 200.0)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _toward_root(z: float, trace: float, minors: float, det: float, slope_floor: float) -> float:
     """One Newton step on z^3 - trace z^2 + minors z - det; none where the slope is down to rounding."""
     value = ((z - trace) * z + minors) * z - det
@@ -141,7 +134,7 @@ def _toward_root(z: float, trace: float, minors: float, det: float, slope_floor:
     return z - step if slope > slope_floor else z
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _least_eigenvalue(LL: float, La: float, Lb: float, aa: float, ab: float, bb: float) -> float:
     """A lower bound of the least eigenvalue of a symmetric 3 x 3 matrix, close to it.
 

@@ -52,7 +52,7 @@ def test_the_runtime_never_imports_the_design_side() -> None:
 def test_the_model_knows_no_files_and_no_devices() -> None:
     for path in (ROOT / "paxel_runtime" / "model").rglob("*.py"):
         ours = {name for name in _imports(path) if name.startswith("paxel_runtime.")}
-        allowed = ("paxel_runtime.model", "paxel_runtime.errors", "paxel_runtime.numba_cache")
+        allowed = ("paxel_runtime.model", "paxel_runtime.errors", "paxel_runtime.numba_options")
         assert all(name.startswith(allowed) for name in ours), (path, ours)
 
 
@@ -63,7 +63,6 @@ def test_the_bench_shares_only_colorimetry_and_the_pattern_with_the_estimators()
         "paxel_runtime.errors",
         "paxel_runtime.model.colorimetry",
         "paxel_runtime.model.pattern",
-        "paxel_runtime.numba_cache",
         "paxel_runtime.optics",
     )
     assert len(bench) >= 4

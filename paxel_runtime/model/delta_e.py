@@ -34,20 +34,13 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import INLINED
 
 __all__ = ["TRUE_dE00", "dE00", "squared_dE00_jet"]
 
 Jet: TypeAlias = tuple[float, float, float, float, float, float]
 """Value and derivatives (v, a, b, aa, ab, bb) of a function of (a*, b*)."""
 
-_SIMD = {
-    "cache": True,
-    "error_model": "numpy",
-    "fastmath": {"contract"},
-    "forceinline": True,
-    "no_cpython_wrapper": True,  # only kernels call these: half of the time to compile them
-    "no_cfunc_wrapper": True,
-}
 TRUE_dE00 = 1e-28
 """Softness at which nothing divides by 0 at gray, and values move by less than 1e-13."""
 
@@ -80,17 +73,17 @@ _Q = _rotation_polynomial()
 _SIN = _sine_polynomial()
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _scale(p: Jet, s: float) -> Jet:
     return p[0] * s, p[1] * s, p[2] * s, p[3] * s, p[4] * s, p[5] * s
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _add(p: Jet, q: Jet) -> Jet:
     return p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3], p[4] + q[4], p[5] + q[5]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _multiply(p: Jet, q: Jet) -> Jet:
     return (
         p[0] * q[0],
@@ -102,7 +95,7 @@ def _multiply(p: Jet, q: Jet) -> Jet:
     )
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _compose(p: Jet, f: float, f1: float, f2: float) -> Jet:
     """Jet of f(p) from f, f' and f'' at the value of p."""
     return (
@@ -115,13 +108,13 @@ def _compose(p: Jet, f: float, f1: float, f2: float) -> Jet:
     )
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _reciprocal(p: Jet) -> Jet:
     r = 1.0 / p[0]
     return _compose(p, r, -r * r, 2.0 * r * r * r)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _chroma_weight(chroma: float) -> tuple[float, float, float]:
     """sqrt(C^7 / (C^7 + 25^7)) with its first and second derivative: the heart of G and of R_C."""
     c2 = chroma * chroma
@@ -133,7 +126,7 @@ def _chroma_weight(chroma: float) -> tuple[float, float, float]:
     return r, slope, slope * inverse * (2.5 - 10.5 * q)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _log_jets(x: Jet, y: float, y_b: float, softness: float) -> tuple[Jet, Jet]:
     """Real and imaginary jet of ln(x + i y), where y = y + y_b b is linear; the values themselves are left 0."""
     inverse = 1.0 / (x[0] * x[0] + y * y + softness)
@@ -159,7 +152,7 @@ def _log_jets(x: Jet, y: float, y_b: float, softness: float) -> tuple[Jet, Jet]:
     return real, imaginary
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _geometric_mean(a1: float, b1: float, a2: float, b2: float, C1: float, C2: float) -> tuple[float, float]:
     """2 sqrt(C1 C2) (cos, sin)(dh / 2), dh in -180..180 degrees: its imaginary part is dH' (Sharma, Eqs. 10, 11).
 
@@ -178,7 +171,7 @@ def _geometric_mean(a1: float, b1: float, a2: float, b2: float, C1: float, C2: f
     return re, im
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _hue_weight(c: float, s: float) -> tuple[float, float, float]:
     """T of the mean hue (c, s) = (cos h, sin h) with two derivatives in h (Sharma, Eq. 15)."""
     c2, s2 = c * c - s * s, 2.0 * c * s
@@ -196,13 +189,13 @@ def _hue_weight(c: float, s: float) -> tuple[float, float, float]:
     return T, first, second
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _horner(p: tuple[float, float, float], w: float, c: float) -> tuple[float, float, float]:
     """One step of Horner's rule for a polynomial, its first and half its second derivative."""
     return p[0] * w + c, p[1] * w + p[0], p[2] * w + p[1]
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _rotation(c: float, s: float) -> tuple[float, float, float]:
     """sin(2 dTheta) of the mean hue (c, s) with two derivatives in h (Sharma, Eqs. 16, 19).
 
@@ -239,7 +232,7 @@ def _rotation(c: float, s: float) -> tuple[float, float, float]:
     return R, R1 * e1, R1 * e2 - (math.pi / 3.0) ** 2 * R * e1 * e1
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _chromatic_jet(a1: float, b1: float, a2: float, b2: float, softness: float) -> Jet:
     """The part of dE00^2 that depends on (a*, b*), as a jet in (a2, b2)."""
     # G: how much a* is stretched near gray (Sharma, Eqs. 2-5)
@@ -287,7 +280,7 @@ def _chromatic_jet(a1: float, b1: float, a2: float, b2: float, softness: float) 
     return _add(_multiply(X, X), _multiply(Y, _add(Y, _multiply(R_T, X))))
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def _lightness_jet(L1: float, L2: float) -> tuple[float, float, float]:
     """((L2 - L1) / S_L)^2 with two derivatives in L2 (Sharma, Eq. 13)."""
     m = 0.5 * (L1 + L2) - 50.0
@@ -304,7 +297,7 @@ def _lightness_jet(L1: float, L2: float) -> tuple[float, float, float]:
     return x * x, 2.0 * x * x1, 2.0 * (x1 * x1 + x * x2)
 
 
-@njit(**_SIMD)
+@njit(**INLINED)
 def squared_dE00_jet(
     L1: float, a1: float, b1: float, L2: float, a2: float, b2: float, softness: float
 ) -> tuple[float, float, float, float, float, float, float, float]:
