@@ -85,8 +85,20 @@ def new(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json: 
 
 
 @app.command()
-def pattern(dir: Dir, force: Force = False, as_json: Json = False) -> None:
+def pattern(
+    dir: Annotated[Path | None, typer.Argument(metavar="[DIR]", help="Folder of the installation.")] = None,
+    list_colorants: Annotated[
+        bool, typer.Option("--list-colorants", help="Tell the built-in inks that pattern.colorants may name.")
+    ] = False,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
     """Make the print sheet: a PDF in true millimetres, a PNG preview and a note for the print shop."""
+    if list_colorants:
+        _list_colorants(as_json)
+        return
+    if dir is None:
+        raise UsageError("give the installation's folder: paxel pattern my-show")
     from paxel_design.stages.print_sheet import make_print
 
     _run_stage(dir, "print", force, as_json, lambda inst, _: make_print(inst), "print/pattern.json")
@@ -307,6 +319,20 @@ def _open(dir: Path) -> Installation:
     from paxel_runtime.installation import Installation
 
     return Installation.open(dir)
+
+
+def _list_colorants(as_json: bool) -> None:
+    """The library of colorants: the printer's recipe, and XYZ under equal energy with Y = 1 for the paper."""
+    from paxel_runtime.model.colorimetry import spectra_to_XYZ
+    from paxel_runtime.model.pattern import colorant_library
+
+    library = colorant_library()
+    paper_Y = spectra_to_XYZ(library["white"].reflectance)[1]
+    rows = {
+        name: {"cmyk": list(c.cmyk), "XYZ": (spectra_to_XYZ(c.reflectance) / paper_Y).round(4).tolist()}
+        for name, c in library.items()
+    }
+    report(as_json, rows, "colorants (solid on FOGRA39 coated paper; white is the bare paper)")
 
 
 # Running and telling ------------------------------------------------------------------------------------------------

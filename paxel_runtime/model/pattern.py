@@ -108,6 +108,8 @@ class Pattern:
                 f"a pattern's cells must be indices below its number of colorants ({len(self.colorants)}), "
                 f"got {int(self.cells.max())}"
             )
+        if not np.isfinite(self.angle_deg):
+            raise InputError(f"a pattern's angle_deg must be a finite number of degrees, got {self.angle_deg}")
         for name, value in (("dot_size_mm", self.dot_size_mm), ("size_mm", min(self.size_mm))):
             if not value > 0:
                 raise InputError(f"a pattern's {name} must be > 0, got {value}")

@@ -118,6 +118,17 @@ def test_pattern_makes_the_sheet_once(tmp_path: Path) -> None:
     assert states["next"] == f"paxel capture {tmp_path}"
 
 
+def test_the_library_of_colorants_can_be_listed() -> None:
+    code, out, _ = _paxel("pattern", "--list-colorants", "--json")
+    assert code == 0
+    colorants = json.loads(out)
+    assert colorants["white"]["XYZ"][1] == 1.0
+    assert colorants["black"]["cmyk"] == [0, 0, 0, 1]
+    code, _, err = _paxel("pattern")
+    assert code == 2
+    assert "give the installation's folder" in err
+
+
 def test_gamut_of_a_foreign_model_needs_no_installation(
     tmp_path: Path, bw_model: Callable[[int], PredictionModel]
 ) -> None:
