@@ -55,7 +55,7 @@ app = typer.Typer(
 Dir = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the installation.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")]
 Force = Annotated[bool, typer.Option("--force", help="Make it anew although nothing changed.")]
-Preset = Annotated[str, typer.Option(help="Whole installation to start from: bw-checkerboard.")]
+Preset = Annotated[str, typer.Option(help="Whole installation to start from: bw-checkerboard, bw-blue-noise, cmyrgb.")]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any key of paxel.toml, such as pattern.dot_size_mm=0.5; repeat."),

@@ -30,13 +30,28 @@ class _Section(BaseModel):
 class PatternSettings(_Section):
     """What is printed."""
 
-    layout: Literal["checkerboard"] = Field("checkerboard", description="how the colorants are laid out")
+    layout: Literal["checkerboard", "tiles", "stripes", "blue-noise"] = Field(
+        "checkerboard", description="how the colorants are laid out"
+    )
     colorants: tuple[str, ...] = Field(("black", "white"), description="inks of the print; white is the bare paper")
     dot_size_mm: Annotated[float, Field(gt=0, le=50)] = Field(0.75, description="edge of a dot on the paper, mm")
     angle_deg: Annotated[float, Field(ge=-360, le=360)] = Field(
         30.0, description="rotation, counter-clockwise, degrees"
     )
     size_mm: tuple[Positive, Positive] = Field((600.0, 400.0), description="width and height of the pattern, mm")
+    shares: tuple[Annotated[float, Field(gt=0, lt=1)], ...] = Field(
+        (), description="area of each colorant, summing to 1; [] = equal"
+    )
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(0, description="seed of a blue-noise layout")
+    blue_noise: Literal["swap", "zhou-fang", "void-and-cluster"] = Field(
+        "swap", description="method of a blue-noise layout"
+    )
+    flatness: Annotated[float, Field(ge=0.5, le=4)] = Field(
+        2.0, description="of the swap method, in dots: small for low visibility, large for a flat spectrum"
+    )
+    tile_order: Literal["search"] | tuple[str, ...] = Field(
+        "search", description='order of the colorants in a tile: "search" for the least visible, or a list'
+    )
 
     @model_validator(mode="after")
     def _known_colorants(self) -> PatternSettings:
@@ -44,8 +59,14 @@ class PatternSettings(_Section):
         for name in self.colorants:
             if name not in known:
                 raise ValueError(f"colorants must be among {', '.join(known)}, got {name!r}")
-        if len(self.colorants) != 2 or len(set(self.colorants)) != 2:
+        if len(self.colorants) < 2 or len(set(self.colorants)) != len(self.colorants):
+            raise ValueError(f"colorants must be two or more different ones, got {list(self.colorants)}")
+        if self.layout == "checkerboard" and len(self.colorants) != 2:
             raise ValueError(f"colorants of a checkerboard must be two different ones, got {list(self.colorants)}")
+        if self.shares and (len(self.shares) != len(self.colorants) or abs(sum(self.shares) - 1) > 1e-6):
+            raise ValueError(
+                f"shares must be {len(self.colorants)} numbers that sum to 1, one a colorant, got {list(self.shares)}"
+            )
         return self
 
 
@@ -156,6 +177,12 @@ class Settings(_Section):
 
 PRESETS: dict[str, dict[str, Any]] = {
     "bw-checkerboard": {},
+    "bw-blue-noise": {"pattern.layout": "blue-noise"},
+    "cmyrgb": {
+        "pattern.layout": "tiles",
+        "pattern.colorants": ["cyan", "magenta", "yellow", "red", "green", "blue"],
+        "clusters.count": 6,
+    },
 }
 """Whole installations by name: what they change from the defaults."""
 

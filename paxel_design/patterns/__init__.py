@@ -12,16 +12,21 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_design.patterns.blue_noise import BLUE_NOISE, blue_noise
 from paxel_design.patterns.checkerboard import checkerboard
+from paxel_design.patterns.request import LayoutRequest, check_shares
+from paxel_design.patterns.tiles import stripes, tiles
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
 
-__all__ = ["LAYOUTS", "Layout", "colorants_of", "make_pattern"]
+__all__ = ["BLUE_NOISE", "LAYOUTS", "Layout", "LayoutRequest", "cells_that_cover", "colorants_of", "make_pattern"]
 
-Layout = Callable[[tuple[str, ...], int], NDArray[np.uint8]]
-"""``layout(colorants, seed) -> cells``: one torus of indices into `colorants`, row 0 lowest."""
+Layout = Callable[[LayoutRequest], NDArray[np.uint8]]
+"""``layout(request) -> cells``: one torus of indices into the request's colorants, row 0 lowest."""
 
-LAYOUTS: MappingProxyType[str, Layout] = MappingProxyType({"checkerboard": checkerboard})
+LAYOUTS: MappingProxyType[str, Layout] = MappingProxyType(
+    {"checkerboard": checkerboard, "tiles": tiles, "stripes": stripes, "blue-noise": blue_noise}
+)
 """Every layout by its name in ``paxel.toml``."""
 
 
@@ -40,6 +45,28 @@ def colorants_of(names: Sequence[str]) -> tuple[Colorant, ...]:
     return tuple(library[name] for name in names)
 
 
+def cells_that_cover(size_mm: tuple[float, float], dot_size_mm: float, angle_deg: float) -> tuple[int, int]:
+    """Rows and columns of cells, even, that cover an area about its centre at an angle.
+
+    Raises
+    ------
+    InputError
+        If a length is not positive and finite, or the angle not finite.
+    """
+    for name, value in (("dot_size_mm", dot_size_mm), ("size_mm", min(size_mm))):
+        if not value > 0:
+            raise InputError(f"a pattern's {name} must be > 0, got {value}")
+    if not np.isfinite(angle_deg):
+        raise InputError(f"a pattern's angle_deg must be a finite number of degrees, got {angle_deg}")
+    if not np.isfinite([*size_mm, dot_size_mm]).all():
+        raise InputError(f"a pattern's lengths must be finite, got size_mm {size_mm}, dot_size_mm {dot_size_mm}")
+    width_mm, height_mm = size_mm
+    c, s = abs(np.cos(np.deg2rad(angle_deg))), abs(np.sin(np.deg2rad(angle_deg)))
+    half_rows = (s * width_mm + c * height_mm) / (2 * dot_size_mm)
+    half_columns = (c * width_mm + s * height_mm) / (2 * dot_size_mm)
+    return 2 * (int(half_rows) + 1), 2 * (int(half_columns) + 1)
+
+
 def make_pattern(
     layout: str,
     colorants: Sequence[str],
@@ -47,6 +74,11 @@ def make_pattern(
     angle_deg: float,
     size_mm: tuple[float, float],
     seed: int = 0,
+    *,
+    shares: Sequence[float] | None = None,
+    blue_noise: str = "swap",
+    flatness: float = 2.0,
+    tile_order: str | Sequence[str] = "search",
 ) -> Pattern:
     """Make the pattern that a description asks for.
 
@@ -64,22 +96,38 @@ def make_pattern(
         Width and height of the pattern area.
     seed : int
         Seed of the layout, where it has one.
+    shares : sequence of float, optional
+        Share of the area for each colorant, summing to 1; equal by default, or those of a given `tile_order`. What
+        was realised tells `Pattern.shares`: blue noise meets them to one cell, tiles to
+        `paxel_design.patterns.tiles.SHARE_TOLERANCE` where a short row can.
+    blue_noise : str
+        Method of the layout ``"blue-noise"``, a key of `BLUE_NOISE`.
+    flatness : float
+        Of the method ``"swap"``, in cells: small for low visibility, large for a flat spectrum.
+    tile_order : ``"search"`` or sequence of str
+        Names of the colorants along a row of a tile or across the stripes, if not the least visible order.
 
     Raises
     ------
     InputError
-        If the layout or a colorant is unknown, a colorant stands twice, or the numbers make no pattern.
+        If a name is unknown, a colorant stands twice, or the numbers make no pattern.
     """
     if layout not in LAYOUTS:
         raise InputError(f"a pattern's layout must be one of {', '.join(LAYOUTS)}, got {layout!r}")
     names = tuple(colorants)
-    colorants_of(names)
     if len(set(names)) != len(names):
         raise InputError(f"a pattern's colorants must be different, got {', '.join(names)}: name each once")
-    if not np.isfinite(angle_deg):
-        raise InputError(f"a pattern's angle_deg must be a finite number of degrees, got {angle_deg}")
-    cells = LAYOUTS[layout](names, seed)
-    width_mm, height_mm = size_mm
-    return Pattern(
-        layout, names, cells, float(dot_size_mm), float(angle_deg), (float(width_mm), float(height_mm)), seed
+    order = tile_order if isinstance(tile_order, str) else tuple(tile_order)
+    if shares is None and not isinstance(order, str) and set(order) == set(names):
+        shares = [order.count(name) / len(order) for name in names]
+    size_mm = (float(size_mm[0]), float(size_mm[1]))
+    request = LayoutRequest(
+        colorants_of(names),
+        check_shares(shares, names),
+        cells_that_cover(size_mm, dot_size_mm, angle_deg),
+        seed,
+        blue_noise,
+        flatness,
+        order,
     )
+    return Pattern(layout, names, LAYOUTS[layout](request), float(dot_size_mm), float(angle_deg), size_mm, seed)

@@ -5,34 +5,39 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_design.patterns.request import LayoutRequest
 from paxel_runtime.errors import InputError
 
 __all__ = ["checkerboard"]
 
 
-def checkerboard(colorants: tuple[str, ...], seed: int) -> NDArray[np.uint8]:
+def checkerboard(request: LayoutRequest) -> NDArray[np.uint8]:
     """Cells of a checkerboard of two colorants, half the area each.
 
     Parameters
     ----------
-    colorants : tuple of 2 str
-        The first lies on the cell whose lower left corner is the centre of the pattern.
-    seed : int
-        Not used: a checkerboard has nothing random.
+    request : LayoutRequest
+        The first colorant lies on the cell whose lower left corner is the centre of the pattern.
 
     Returns
     -------
     (2, 2) uint8 array
-        One torus of indices into `colorants`, row 0 lowest.
+        One torus of indices into the colorants, row 0 lowest.
 
     Raises
     ------
     InputError
-        If there are not exactly two colorants.
+        If there are not exactly two colorants, or not with half the area each.
     """
-    if len(colorants) != 2:
+    names = [colorant.name for colorant in request.colorants]
+    if len(names) != 2:
         raise InputError(
-            f"a checkerboard must have exactly 2 colorants, got {len(colorants)} ({', '.join(colorants) or 'none'}): "
-            "name two, such as black and white"
+            f"a checkerboard must have exactly 2 colorants, got {len(names)} ({', '.join(names)}): "
+            'name two, such as black and white, or take layout = "tiles"'
+        )
+    if request.shares[0] != request.shares[1]:
+        raise InputError(
+            f"a checkerboard's shares must be 0.5 each, got {list(request.shares)}: "
+            'take layout = "tiles" or "blue-noise"'
         )
     return np.array([[0, 1], [1, 0]], dtype=np.uint8)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.resources import files
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from paxel_design.patterns import colorants_of
 from paxel_design.printing.blocks import plan_cell_raster
 from paxel_design.printing.font import font_path
 from paxel_design.printing.sheet import Sheet, pattern_summary, recipe_of, sheet_of
-from paxel_runtime.model.colorimetry import XYZ_to_linear_sRGB, linear_sRGB_to_sRGB, spectra_to_XYZ
+from paxel_runtime.model.colorimetry import XYZ_to_linear_sRGB, illuminant_D65, linear_sRGB_to_sRGB, spectra_to_XYZ
 from paxel_runtime.model.pattern import OUTSIDE, Pattern, colorant_library
 
 __all__ = ["Raster", "pattern_detail", "reflectance_to_linear_sRGB", "render_pattern", "write_preview"]
@@ -114,16 +113,10 @@ def _detail_raster(pattern: Pattern) -> Raster:
 
 def reflectance_to_linear_sRGB(reflectance: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., 3) linear sRGB of (..., 81) reflectances under D65; the perfect diffuser is white, (1, 1, 1)."""
-    D65 = _illuminant_D65()
+    D65 = illuminant_D65()
     XYZ = spectra_to_XYZ(reflectance * D65)
     diffuser = XYZ_to_linear_sRGB(spectra_to_XYZ(D65))  # 0.03 % off (1, 1, 1): the table's 5 nm steps
     return np.asarray(XYZ_to_linear_sRGB(XYZ) / diffuser, np.float64)
-
-
-@cache
-def _illuminant_D65() -> NDArray[np.float64]:
-    with (files("paxel_runtime") / "data" / "cie_d65_5nm.csv").open(encoding="utf-8") as file:
-        return np.loadtxt(file, delimiter=",", comments="#")[:, 1]
 
 
 def _palette_linear_sRGB(pattern: Pattern) -> NDArray[np.float32]:

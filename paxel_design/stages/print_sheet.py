@@ -18,7 +18,18 @@ __all__ = ["make_print", "pattern_of"]
 def pattern_of(installation: Installation) -> Pattern:
     """The pattern that paxel.toml asks for."""
     p = installation.settings.pattern
-    return make_pattern(p.layout, p.colorants, p.dot_size_mm, p.angle_deg, p.size_mm)
+    return make_pattern(
+        p.layout,
+        p.colorants,
+        p.dot_size_mm,
+        p.angle_deg,
+        p.size_mm,
+        p.seed,
+        shares=p.shares or None,
+        blue_noise=p.blue_noise,
+        flatness=p.flatness,
+        tile_order=p.tile_order,
+    )
 
 
 def make_print(installation: Installation) -> dict[str, Any]:

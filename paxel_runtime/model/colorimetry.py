@@ -22,6 +22,7 @@ __all__ = [
     "Lab_to_sRGB",
     "XYZ_to_Lab",
     "XYZ_to_linear_sRGB",
+    "illuminant_D65",
     "linear_sRGB_to_XYZ",
     "linear_sRGB_to_sRGB",
     "sRGB_to_Lab",
@@ -56,6 +57,13 @@ def _color_matching_functions() -> NDArray[np.float64]:
         table = np.loadtxt(file, delimiter=",", comments="#")
     assert np.array_equal(table[:, 0], WAVELENGTHS_NM)
     return np.ascontiguousarray(table[:, 1:])
+
+
+@cache
+def illuminant_D65() -> NDArray[np.float64]:
+    """Relative spectral power of CIE illuminant D65 on `WAVELENGTHS_NM`, (81,), 100 at 560 nm."""
+    with (files("paxel_runtime") / "data" / "cie_d65_5nm.csv").open(encoding="utf-8") as file:
+        return np.ascontiguousarray(np.loadtxt(file, delimiter=",", comments="#")[:, 1])
 
 
 def spectra_to_XYZ(spectra: ArrayLike) -> NDArray[np.float64]:

@@ -137,5 +137,5 @@ class Pattern:
 
     def shares(self) -> NDArray[np.float64]:
         """Share of the area each colorant covers, (number of colorants,), summing to 1."""
-        counts = np.bincount(self.cells.ravel(), minlength=len(self.colorants))
-        return counts / self.cells.size
+        counts = [np.count_nonzero(self.cells == k) for k in range(len(self.colorants))]
+        return np.array(counts) / self.cells.size

@@ -47,9 +47,12 @@ def test_every_command_has_help_that_teaches(command: str) -> None:
 
 
 def test_help_names_every_preset_and_effect() -> None:
-    assert all(preset in _paxel("new", "--help")[1] for preset in PRESETS)
+    def words(command: str) -> str:
+        return "".join(_paxel(command, "--help")[1].split())  # a name may be broken at the end of a line
+
+    assert all(preset in words("new") for preset in PRESETS)
     for command in ("gamut", "project"):
-        assert all(effect in _paxel(command, "--help")[1] for effect in EFFECTS)
+        assert all(effect in words(command) for effect in EFFECTS)
 
 
 def test_new_writes_a_file_that_loads_and_never_overwrites_one(tmp_path: Path) -> None:

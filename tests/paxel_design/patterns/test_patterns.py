@@ -1,21 +1,21 @@
 import numpy as np
 import pytest
 
-from paxel_design.patterns import LAYOUTS, colorants_of, make_pattern
+from paxel_design.patterns import LAYOUTS, LayoutRequest, colorants_of, make_pattern
 from paxel_runtime.errors import InputError
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_every_layout_gives_indices_of_its_colorants_and_is_reproducible(layout):
-    colorants = ("black", "white")
-    cells = LAYOUTS[layout](colorants, 3)
+    request = LayoutRequest(colorants_of(("black", "white")), (0.5, 0.5), seed=3)
+    cells = LAYOUTS[layout](request)
     assert cells.dtype == np.uint8
     assert set(np.unique(cells)) == {0, 1}
-    assert np.array_equal(cells, LAYOUTS[layout](colorants, 3))
+    assert np.array_equal(cells, LAYOUTS[layout](request))
 
 
 def test_on_a_checkerboard_every_cell_differs_from_its_four_neighbours_and_equals_its_diagonal_ones():
-    cells = LAYOUTS["checkerboard"](("black", "white"), 0)
+    cells = make_pattern("checkerboard", ("black", "white"), 0.75, 30, (60, 40)).cells
     for axis in (0, 1):
         assert np.all(cells != np.roll(cells, 1, axis))
     assert np.array_equal(cells, np.roll(cells, (1, 1), (0, 1)))
@@ -42,7 +42,7 @@ def test_label_is_bare_paper_beyond_the_area():
     ("change", "text"),
     [
         ({"layout": "hexagons"}, "layout must be one of checkerboard"),
-        ({"colorants": ("black",)}, "exactly 2 colorants, got 1"),
+        ({"colorants": ("black",)}, "2 to 12 colorants, got 1"),
         ({"colorants": ("red", "green", "blue")}, "exactly 2 colorants, got 3"),
         ({"colorants": ("black", "gold")}, "must be one of white, black.*got 'gold'"),
         ({"colorants": ("black", "black")}, "must be different"),
