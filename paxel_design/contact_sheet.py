@@ -213,10 +213,12 @@ def write_contact_sheet(path: Path, groups: Sequence[Group], title: str, notes: 
     write_atomically(path, lambda p: sheet.save(p, format="PNG", pnginfo=info, compress_level=7))
 
 
+_TEXT_INDENT = 36
+
 _HOW_IT_WORKS = (
     "A projector pixel lights one spot of the print. Sorted by the ink they hit, the pixels form clusters.",
-    "Light on black dots is lost on the print and counts in full on white paper: so one projection can be two "
-    "pictures, one on the print and another on a white sheet held in front of it.",
+    "Ink swallows light that white paper returns in full: so one projection can be two pictures, one on the print and "
+    "another on a white sheet held in front of it.",
 )
 
 
@@ -259,7 +261,9 @@ def _label_height() -> int:
 
 def _row_height(row: Sequence[Tile | Text]) -> int:
     note = any(isinstance(cell, Tile) and cell.note for cell in row)
-    return _label_height() + _TILE[1] + (int(1.5 * _NOTE_PX) if note else 0) + _GAP
+    tiles = _TILE[1] + (int(1.5 * _NOTE_PX) if note else 0)
+    texts = [sum(step for _, _, step in _text_lines(cell)) for cell in row if isinstance(cell, Text)]
+    return _label_height() + max([tiles, *texts]) + _GAP
 
 
 def _group_height(group: Group) -> int:
@@ -288,7 +292,7 @@ def _draw_group(sheet: Image.Image, draw: ImageDraw.ImageDraw, group: Group, y: 
         for cell in row:
             columns = cell.columns if isinstance(cell, Text) else 1
             if isinstance(cell, Text):
-                _draw_text(draw, cell, x, y + _label_height(), columns * _TILE[0] + (columns - 1) * _GAP)
+                _draw_text(draw, cell, x, y + _label_height())
             else:
                 _draw_tile(sheet, draw, cell, x, y)
             x += columns * (_TILE[0] + _GAP)
@@ -309,17 +313,25 @@ def _draw_tile(sheet: Image.Image, draw: ImageDraw.ImageDraw, tile: Tile, x: int
         draw.text((x, y + _TILE[1] + 9), _fit(tile.note, _NOTE_PX, _TILE[0]), _SOFT_INK, _font(_NOTE_PX))
 
 
-def _draw_text(draw: ImageDraw.ImageDraw, text: Text, x: int, y: int, width: int) -> None:
-    step = int(1.35 * _TEXT_PX)
-    for line in text.lines:
-        indent = 0
-        if isinstance(line, tuple):
-            color, line = line
+def _draw_text(draw: ImageDraw.ImageDraw, text: Text, x: int, y: int) -> None:
+    for color, part, step in _text_lines(text):
+        if isinstance(color, tuple):
             draw.rectangle((x, y + 4, x + 22, y + 26), fill=color, outline=_INK)
-            indent = 36
-        for part in _wrap(line, _TEXT_PX, width - indent) if line else [""]:
-            draw.text((x + indent, y), part, _INK, _font(_TEXT_PX))
-            y += step if part else step // 3
+        draw.text((x if color is None else x + _TEXT_INDENT, y), part, _INK, _font(_TEXT_PX))
+        y += step
+
+
+def _text_lines(text: Text) -> list[tuple[tuple[int, int, int] | str | None, str, int]]:
+    """The wrapped lines of a paragraph: colour of the mark before it ("" = indented without one), words, height."""
+    width = text.columns * _TILE[0] + (text.columns - 1) * _GAP
+    step = int(1.35 * _TEXT_PX)
+    lines: list[tuple[tuple[int, int, int] | str | None, str, int]] = []
+    for line in text.lines:
+        mark, words = line if isinstance(line, tuple) else (None, line)
+        parts = _wrap(words, _TEXT_PX, width - (_TEXT_INDENT if mark else 0)) if words else [""]
+        for k, part in enumerate(parts):
+            lines.append((mark if k == 0 else mark and "", part, step if part else step // 3))
+    return lines
 
 
 def _wrap(text: str, size_px: int, width: int) -> list[str]:
