@@ -21,12 +21,18 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import PchipInterpolator
 
 from paxel_runtime.errors import InputError
-from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
+from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
+from paxel_runtime.optics_fluorescence import EXCITATION_NM, uv_line
 
 __all__ = [
+    "PROJECTORS",
+    "RESPONSES",
+    "ambient_spectrum",
     "camera_sensitivities",
+    "excitation_spectra",
     "ink_terms",
     "pair_factors",
     "pair_spectra",
@@ -34,7 +40,14 @@ __all__ = [
     "primaries",
     "response",
     "response_table",
+    "sensor_factors",
 ]
+
+PROJECTORS = ("dlp", "rgbw")
+"""Projectors whose measured spectra the bench has."""
+
+RESPONSES = ("linear", "power", "srgb", "red-preset", "green-preset", "blue-preset", "rgbw")
+"""Response curves of `response` by name; the presets are the bench's own of the first three channels."""
 
 _Real = TypeVar("_Real", np.float32, np.float64)
 
@@ -43,49 +56,99 @@ _S_SHARE = (0.35, 0.20, 0.12)
 _SENSITIVITY_NM = ((602.0, 34.0), (537.0, 41.0), (458.0, 29.0))
 
 
-def primaries(channels: tuple[str, ...]) -> NDArray[np.float64]:
+def primaries(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.float64]:
     """Spectral power of projector channels at full, (N, 81), on `WAVELENGTHS_NM`, per nm.
 
-    ``"red"``, ``"green"``, ``"blue"`` are measured DLP-LED primaries whose sum is D65 with Y = 1; ``"white"`` is their
-    sum (a white-light projector of one channel).
+    Of ``"dlp"``, ``"red"``, ``"green"``, ``"blue"`` are measured DLP-LED primaries whose sum is D65 with Y = 1;
+    ``"white"`` is their sum (a white-light projector of one channel). Of ``"rgbw"``, the four are measured primaries
+    whose sum has Y = 1. ``"uv"`` is, with each, what the eye might see of a 365 nm LED of the power of full white.
 
     Raises
     ------
     InputError
-        For a channel without a spectrum.
+        For an unknown projector, or a channel without a spectrum.
     """
-    table = _dlp_spectra()
+    if projector not in PROJECTORS:
+        raise InputError(f"the virtual bench has spectra of the projectors {', '.join(PROJECTORS)}; got {projector!r}")
+    table = _projector_spectra(projector)
     unknown = [name for name in channels if name not in table]
     if unknown:
         raise InputError(f"the virtual bench has spectra for the channels {', '.join(table)}; got {', '.join(unknown)}")
-    return np.array([table[name] for name in channels])
+    return np.array([table[name][-len(WAVELENGTHS_NM) :] for name in channels])
+
+
+def excitation_spectra(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.float64]:
+    """`primaries` with the ultraviolet, (N, 97), on `optics_fluorescence.EXCITATION_NM`, per nm."""
+    table = _projector_spectra(projector)
+    rows = [table[name] for name in channels]
+    return np.array([np.concatenate((np.zeros(len(EXCITATION_NM) - len(row)), row)) for row in rows])
 
 
 @cache
-def _dlp_spectra() -> dict[str, NDArray[np.float64]]:
-    with (files("paxel_runtime") / "data" / "dlp.csv").open(encoding="utf-8") as file:
+def _projector_spectra(projector: str) -> dict[str, NDArray[np.float64]]:
+    wavelengths_nm, spectra = _read_columns(f"{projector}.csv")
+    assert np.array_equal(wavelengths_nm, WAVELENGTHS_NM)
+    full = np.sum(list(spectra.values()), axis=0)
+    step_nm = WAVELENGTHS_NM[1] - WAVELENGTHS_NM[0]
+    return {"white": full} | spectra | {"uv": uv_line() * full.sum() * step_nm}
+
+
+def _read_columns(name: str) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
+    """First column, and the others by name, of a table of numbers."""
+    with (files("paxel_runtime") / "data" / name).open(encoding="utf-8") as file:
         lines = [line for line in file.read().splitlines() if not line.startswith("#")]
     columns = np.array([line.split(",") for line in lines[1:]], np.float64).T
-    assert np.array_equal(columns[0], WAVELENGTHS_NM)
-    spectra = dict(zip(lines[0].split(",")[1:], columns[1:], strict=True))
-    return spectra | {"white": np.sum(list(spectra.values()), axis=0)}
+    return columns[0], dict(zip(lines[0].split(",")[1:], columns[1:], strict=True))
 
 
-def response(P: ArrayLike, channel: int) -> NDArray[np.float64]:
+@cache
+def ambient_spectrum() -> NDArray[np.float64]:
+    """Spectral power of D65 with Y = 1, (81,), per nm."""
+    with (files("paxel_runtime") / "data" / "cie_d65_5nm.csv").open(encoding="utf-8") as file:
+        table = np.array([line.split(",") for line in file if line[0].isdigit()], np.float64)
+    D65 = table[np.isin(table[:, 0], WAVELENGTHS_NM), 1]
+    return D65 / spectra_to_XYZ(D65)[1]
+
+
+def response(P: ArrayLike, channel: int, curve: str = "", name: str = "white") -> NDArray[np.float64]:
     """Linear intensity x of a device value P (0..1) on the bench's projector; 0 -> 0, 1 -> 1, rising.
 
     x = (1 - m) P^g + m (1 + tanh(4 P - 2) / tanh 2) / 2: a power law with a share of an S curve, such as picture
     presets of real projectors add. Exponent g and share m differ by channel: no gamma fits, nor one curve for all.
+
+    Parameters
+    ----------
+    P : array_like
+    channel : int
+        Number of the channel, which has a curve of its own unless `curve` says another.
+    curve : str
+        One of `RESPONSES`: ``"power"`` is P^2.2, ``"rgbw"`` the measured curve of the channel's name.
+    name : str
+        Of the channel, for ``"rgbw"``; one that was not measured has that of white.
     """
     P = np.asarray(P, np.float64)
-    gamma, share = _GAMMA[channel % 3], _S_SHARE[channel % 3]
+    if curve == "linear":
+        return P.copy()
+    if curve == "power":
+        return np.asarray(P**2.2)
+    if curve == "srgb":
+        return np.asarray(np.where(P <= 0.04045, P / 12.92, ((P + 0.055) / 1.055) ** 2.4))
+    if curve == "rgbw":
+        levels, measured = _read_columns("rgbw_response.csv")
+        return np.asarray(PchipInterpolator(levels, measured.get(name, measured["white"]))(P))
+    number = RESPONSES.index(curve) - RESPONSES.index("red-preset") if curve else channel % 3
+    gamma, share = _GAMMA[number], _S_SHARE[number]
     return (1 - share) * P**gamma + share * 0.5 * (1 + np.tanh(4 * P - 2) / np.tanh(2.0))
 
 
-def response_table(channels: int, bits: int) -> NDArray[np.float32]:
-    """Linear intensities of all device codes, (N, 2**bits)."""
+def response_table(
+    channels: int, bits: int, curves: tuple[str, ...] = (), names: tuple[str, ...] = ()
+) -> NDArray[np.float32]:
+    """Linear intensities of all device codes, (N, 2**bits); `curves` and `names` as in `response`, or empty."""
     P = np.arange(2**bits) / (2**bits - 1)
-    return np.array([response(P, channel) for channel in range(channels)], dtype=np.float32)
+    curves, names = curves or ("",) * channels, names or ("white",) * channels
+    rows = [response(P, j, curve, name) for j, (curve, name) in enumerate(zip(curves, names, strict=True))]
+    return np.array(rows, dtype=np.float32)
 
 
 def camera_sensitivities() -> NDArray[np.float64]:
@@ -131,8 +194,13 @@ def pair_factors(
     terms : (1 + L, 81) array
         From `ink_terms`.
     """
+    return sensor_factors(sensitivities, pair_spectra(spectra, paper, terms))
+
+
+def sensor_factors(sensitivities: NDArray[np.float64], of_pairs: NDArray[np.float64]) -> NDArray[np.float32]:
+    """What each sensor makes of radiances of pairs (N, 1 + L, 1 + L, 81): G, (sensors, N, 1 + L, 1 + L)."""
     step_nm = WAVELENGTHS_NM[1] - WAVELENGTHS_NM[0]
-    factors = np.einsum("sw,jklw->sjkl", sensitivities, pair_spectra(spectra, paper, terms)) * step_nm
+    factors = np.einsum("sw,jklw->sjkl", sensitivities, of_pairs) * step_nm
     return factors.astype(np.float32)
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import convolve, gaussian_filter
 
 from paxel_runtime.optics_geometry import LATTICE_PX
 from paxel_runtime.optics_grid import bspline_weights, in_bands
 
-__all__ = ["PIXEL_BLUR_PX", "SPLINE_VARIANCE", "expose", "sample_camera", "veil"]
+__all__ = ["PIXEL_BLUR_PX", "SPLINE_VARIANCE", "demosaic", "expose", "mosaic", "sample_camera", "veil"]
 
 PIXEL_BLUR_PX = 0.5
 """Sigma of the camera lens's blur, camera pixels; the pixel's own square adds 1/12 px^2 of variance."""
@@ -27,9 +27,12 @@ _GLARE_SIGMA = 0.08
 
 
 def sample_camera(
-    field: NDArray[np.float32], nodes: NDArray[np.float64], camera_resolution: tuple[int, int]
+    field: NDArray[np.float32],
+    nodes: NDArray[np.float64],
+    camera_resolution: tuple[int, int],
+    beyond: float = 0.0,
 ) -> NDArray[np.float32]:
-    """Camera picture (h, w) of a field on the fine raster, by cubic B-splines; 0 beyond the field.
+    """Camera picture (h, w) of a field on the fine raster, by cubic B-splines; `beyond` outside the field.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ def sample_camera(
     picture = np.empty((height, width), np.float32)
 
     def work(start: int, stop: int) -> None:
-        _sample_rows(field, nodes, start, picture[start:stop])
+        _sample_rows(field, nodes, start, np.float32(beyond), picture[start:stop])
 
     in_bands(work, height, 64)
     return picture
@@ -50,7 +53,7 @@ def sample_camera(
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
 def _sample_rows(
-    field: NDArray[np.float32], nodes: NDArray[np.float64], start: int, picture: NDArray[np.float32]
+    field: NDArray[np.float32], nodes: NDArray[np.float64], start: int, beyond: float, picture: NDArray[np.float32]
 ) -> None:
     rows, columns = field.shape
     x_nodes, y_nodes = np.empty(nodes.shape[1]), np.empty(nodes.shape[1])
@@ -67,7 +70,7 @@ def _sample_rows(
             x = x_nodes[left] + right * (x_nodes[left + 1] - x_nodes[left])
             y = y_nodes[left] + right * (y_nodes[left + 1] - y_nodes[left])
             if x < 1.0 or y < 1.0 or x >= columns - 2 or y >= rows - 2:
-                picture[i, column] = 0.0
+                picture[i, column] = beyond
                 continue
             ix, iy = np.uint32(x), np.uint32(y)
             w0, w1, w2, w3 = bspline_weights(np.float32(x - ix))
@@ -80,6 +83,26 @@ def _sample_rows(
                 + w2 * (v0 * r0[ix + two] + v1 * r1[ix + two] + v2 * r2[ix + two] + v3 * r3[ix + two])
                 + w3 * (v0 * r0[ix + three] + v1 * r1[ix + three] + v2 * r2[ix + three] + v3 * r3[ix + three])
             )
+
+
+def mosaic(planes: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """What a Bayer sensor keeps of red, green and blue pictures (h, w): RGGB, red at even rows and columns."""
+    kept = planes[1].copy()
+    kept[::2, ::2], kept[1::2, 1::2] = planes[0][::2, ::2], planes[2][1::2, 1::2]
+    return kept
+
+
+def demosaic(raw: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Red, green and blue (3, h, w) of a Bayer mosaic, by bilinear interpolation; exact on uniform colours."""
+    masks = np.zeros((3, *raw.shape), np.float32)
+    masks[0, ::2, ::2] = masks[2, 1::2, 1::2] = 1.0
+    masks[1] = 1.0 - masks[0] - masks[2]
+    sparse, dense = np.array([[[1, 2, 1], [2, 4, 2], [1, 2, 1]], [[0, 1, 0], [1, 4, 1], [0, 1, 0]]], np.float32)
+    planes = []
+    for mask, kernel in zip(masks, (sparse, dense, sparse), strict=True):
+        around = convolve(raw * mask, kernel, mode="mirror") / convolve(mask, kernel, mode="mirror")
+        planes.append(np.where(mask > 0, raw, np.rint(around)).astype(np.uint16))
+    return np.stack(planes)
 
 
 def veil(picture: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -22,6 +22,7 @@ __all__ = ["Footprint", "drive", "footprint_adjoint", "fringe", "light_rows", "m
 
 _BINS = 32
 _REACH_SIGMAS = 4.5
+_TAIL_PX = 2
 _RUN = 16
 
 
@@ -218,11 +219,23 @@ def make_footprint(
 
 
 def _profile(offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: int, side: float) -> NDArray[np.float32]:
-    """Blurred boxes of width `side` at -reach..reach, seen at samples `offset` from pixel 0: (bins, samples, taps)."""
-    distance = offset[:, None] - np.arange(-reach, reach + 1)
-    scale = 1.0 / sigmas[:, None, None]
-    weights = (ndtr((distance + side / 2) * scale) - ndtr((distance - side / 2) * scale)) / side
-    return weights.astype(np.float32)
+    """Blurred boxes of width `side` at -reach..reach, seen at samples `offset` from pixel 0: (bins, samples, taps).
+
+    What the boxes beyond the reach would give goes to those within it, in proportion: a uniform frame lights a sample,
+    and a pixel lights the raster, as much as if nothing were cut off.
+    """
+    wide = reach + _TAIL_PX
+    distance = offset[:, None] - np.arange(-wide, wide + 1)
+    near = slice(_TAIL_PX, -_TAIL_PX)
+    weights = np.empty((len(sigmas), len(offset), 2 * reach + 1), np.float32)
+
+    def work(start: int, stop: int) -> None:
+        for of_bin, sigma in zip(weights[start:stop], sigmas[start:stop], strict=True):
+            lit = (ndtr((distance + side / 2) / sigma) - ndtr((distance - side / 2) / sigma)) / side
+            of_bin[:] = lit[:, near] * (lit.sum(axis=1) / lit[:, near].sum(axis=1))[:, None]
+
+    in_bands(work, len(sigmas), 4)
+    return weights
 
 
 def spread_columns(x: NDArray[np.float32], footprint: Footprint) -> NDArray[np.float32]:

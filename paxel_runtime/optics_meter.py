@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.optics import pair_spectra, patch_factors
+from paxel_runtime.errors import InputError
+from paxel_runtime.optics import patch_factors
 from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall
 from paxel_runtime.optics_grid import FineGrid
 from paxel_runtime.optics_light import Footprint, footprint_adjoint
@@ -32,12 +33,15 @@ class MeterSpot(NamedTuple):
         Of the intensities of that part, for each channel and pair of passages through the ink.
     spectra : (N, pairs, 81) float64 array
         Spectral radiance of each.
+    ambient : (81,) float64 array
+        Spectral radiance of the spot under the uniform light alone.
     """
 
     rows: slice
     columns: slice
     weights: NDArray[np.float32]
     spectra: NDArray[np.float64]
+    ambient: NDArray[np.float64]
 
     def read(self, x: NDArray[np.float32]) -> NDArray[np.float64]:
         """Spectral radiance (81,) for intensities (N, h, w) of the spot's part of the raster."""
@@ -51,11 +55,11 @@ def make_spot(
     footprints: list[Footprint],
     coverage: NDArray[np.uint8],
     scattering: NDArray[np.float32] | None,
-    spectra: NDArray[np.float64],
-    paper: NDArray[np.float64],
-    terms: NDArray[np.float64],
+    of_pairs: NDArray[np.float64],
+    of_ambient: NDArray[np.float64],
+    centre_mm: NDArray[np.float64] | None = None,
 ) -> MeterSpot:
-    """A round spot at the centre of the projection.
+    """A round spot at the centre of the projection, or at `centre_mm` on the wall.
 
     Parameters
     ----------
@@ -68,21 +72,30 @@ def make_spot(
         Ink on the fine raster; L = 0 for a blank sheet.
     scattering : (radius + 1,) float32 array or None
         One side of the paper's kernel, in samples; None = light leaves where it entered.
-    spectra : (N, 81) array
-        Primaries.
-    paper : (81,) array
-    terms : (1 + L, 81) array
-        From `optics.ink_terms`.
+    of_pairs : (N, 1 + L, 1 + L, 81) array
+        From `optics.pair_spectra`.
+    of_ambient : (1 + L, 1 + L, 81) array
+        The same for a uniform light of 1 besides.
+    centre_mm : (2,) array, optional
+
+    Raises
+    ------
+    InputError
+        If the spot reaches beyond the projection.
     """
     kernel = np.ones(1, np.float32) if scattering is None else scattering
-    window, share = _area_shares(aperture_mm, grid, maps, len(kernel))
+    window, share = _area_shares(aperture_mm, grid, maps, len(kernel), centre_mm)
     passages = scattered_apertures(share, np.ascontiguousarray(coverage[:, *window]), kernel)
-    of_pairs = pair_spectra(spectra, paper, terms)
-    pairs = [(k, m) for k in range(len(terms)) for m in range(k + 1)]
     if scattering is None:
         of_pairs = np.moveaxis(patch_factors(np.moveaxis(of_pairs, -1, 0)), 0, -1)
-    else:  # both orders of a pair have one spectrum
-        passages = passages + np.swapaxes(passages, 0, 1) * (1 - np.eye(len(terms), dtype=np.float32))[..., None, None]
+        of_ambient = np.moveaxis(patch_factors(np.moveaxis(of_ambient, -1, 0)), 0, -1)
+    ambient = np.einsum("klvu,klw->w", passages, of_ambient, dtype=np.float64, optimize=True)
+    size = of_pairs.shape[1]
+    pairs = [(k, m) for k in range(size) for m in range(k + 1)]
+    if np.allclose(of_pairs, np.swapaxes(of_pairs, 1, 2), rtol=1e-9, atol=0.0):  # both orders have one spectrum
+        passages = passages + np.swapaxes(passages, 0, 1) * (1 - np.eye(size, dtype=np.float32))[..., None, None]
+    elif scattering is not None:  # inks that fluoresce
+        pairs = list(np.ndindex(size, size))
     resolution = (grid.width, grid.height)
     reach = footprints[0].pad + 1
     rows, columns = (
@@ -97,18 +110,25 @@ def make_spot(
         for f in footprints
     ]
     return MeterSpot(
-        rows, columns, np.array(weights, np.float32), np.stack([of_pairs[:, k, m] for k, m in pairs], axis=1)
+        rows, columns, np.array(weights, np.float32), np.stack([of_pairs[:, k, m] for k, m in pairs], axis=1), ambient
     )
 
 
 def _area_shares(
-    aperture_mm: float, grid: FineGrid, maps: BenchMaps, rim: int
+    aperture_mm: float, grid: FineGrid, maps: BenchMaps, rim: int, centre_mm: NDArray[np.float64] | None
 ) -> tuple[tuple[slice, slice], NDArray[np.float32]]:
     """Window of the fine raster around the spot with a rim, and each sample's share of the spot's area."""
-    centre = raster_to_wall(maps, maps.raster_centre)
-    pitch_mm = np.linalg.norm(raster_to_wall(maps, maps.raster_centre + np.array([1.0, 0.0])) - centre)
+    middle, centre = maps.raster_centre, raster_to_wall(maps, maps.raster_centre)
+    if centre_mm is not None:
+        middle, centre = _raster_of(maps, centre_mm), centre_mm
+    pitch_mm = np.linalg.norm(raster_to_wall(maps, middle + np.array([1.0, 0.0])) - centre)
     half = int(np.ceil(0.53 * aperture_mm / pitch_mm * grid.subsamples)) + rim
-    column, row = (round(grid.to_sample(c).item()) for c in maps.raster_centre)
+    column, row = (round(grid.to_sample(c).item()) for c in middle)
+    if min(row, column) < half or row + half >= grid.shape[0] or column + half >= grid.shape[1]:
+        raise InputError(
+            f"the meter's spot must lie within the projection; got one of {aperture_mm} mm that the sheet's place "
+            "moves out of it (hold the sheet nearer to the wall, or choose a smaller aperture)"
+        )
     rows, columns = slice(row - half, row + half + 1), slice(column - half, column + half + 1)
     u, v = (grid.to_raster(np.arange(part.start, part.stop)) for part in (columns, rows))
     wall = raster_to_wall(maps, np.stack(np.meshgrid(u, v), axis=-1))
@@ -117,3 +137,13 @@ def _area_shares(
     inside = np.clip(0.5 + (aperture_mm / 2 - np.linalg.norm(wall - centre, axis=-1)) / np.sqrt(area), 0.0, 1.0)
     share = inside * area
     return (rows, columns), (share / share.sum()).astype(np.float32)
+
+
+def _raster_of(maps: BenchMaps, xy_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Raster position whose light falls on a point of the wall, to 1e-3 px: Newton's method."""
+    uv = maps.raster_centre.copy()
+    for _ in range(6):
+        here = raster_to_wall(maps, uv)
+        slope = (raster_to_wall(maps, uv + 0.5 * np.eye(2)) - raster_to_wall(maps, uv - 0.5 * np.eye(2))).T
+        uv = uv + np.linalg.solve(slope, xy_mm - here)
+    return uv

@@ -29,6 +29,7 @@ def radiance(
     factors: NDArray[np.float32],
     scattering: NDArray[np.float32],
     blur: NDArray[np.float32],
+    ambient: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """What sensors see of the sheet, on the fine raster.
 
@@ -43,6 +44,8 @@ def radiance(
         From `optics.pair_factors`.
     scattering, blur : (radius + 1,) float32 arrays
         One side of the paper's and of the sensor's kernel, in samples.
+    ambient : (planes, 1 + L, 1 + L) float32 array, optional
+        Factors of a uniform light of 1 that falls on the whole wall besides.
 
     Returns
     -------
@@ -53,14 +56,18 @@ def radiance(
     spread = [spread_columns(plane, footprint) for plane, footprint, _ in sources]
     peaks = np.array([plane.max() for plane, _, _ in sources])
     of_sources = np.stack([of_source for _, _, of_source in sources], axis=1)
+    if ambient is not None:
+        peaks = np.append(peaks, np.float32(1.0))
+        of_sources = np.concatenate((of_sources, ambient[:, None]), axis=1)
     plans = [_passages(of_plane, peaks, len(scattering) > 1) for of_plane in of_sources]
     seen = np.empty((len(factors), rows, columns), np.float32)
 
     def work(start: int, stop: int) -> None:
         rim = len(blur) - 1
         wide = rim + len(scattering) - 1
-        light = np.empty((len(sources), stop - start + 2 * wide, columns), np.float32)
-        for (_, footprint, _), source, field in zip(sources, spread, light, strict=True):
+        light = np.empty((len(peaks), stop - start + 2 * wide, columns), np.float32)
+        light[len(sources) :] = 1.0
+        for (_, footprint, _), source, field in zip(sources, spread, light[: len(sources)], strict=True):
             light_rows(source, footprint, start - wide, field)
         inked, field = np.empty_like(light[0]), np.empty_like(light[0])
         leaving = np.empty((stop - start + 2 * rim, columns), np.float32)
@@ -74,7 +81,21 @@ def radiance(
             convolve_columns(field[: len(leaving)], blur, seen[plane, start:stop])
 
     in_bands(work, rows, _BAND)
+    if ambient is not None:
+        seen /= _kept(columns, scattering, blur)
     return seen
+
+
+def _kept(columns: int, *kernels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Share of a uniform light that convolutions along rows leave, (columns,): less than 1 near both ends only."""
+    share = np.ones((1, columns), np.float32)
+    for kernel in kernels:
+        within = np.empty_like(share)
+        convolve_rows(share, kernel, within)
+        share = within
+    rim = sum(len(kernel) - 1 for kernel in kernels)
+    share[0, rim : columns - rim] = 1.0
+    return share[0]
 
 
 def _light_sources(
@@ -102,11 +123,12 @@ def _passages(
     Returns pairs (out (D,), into (N, D)), D = 1 + L, for the sum of (out . a) [s * sum_j (into[j] . a) L_j]. The
     directions `out` are the eigenvectors of sum_j peak_j G_j, without those that hold less than 1e-5 of the light of
     bare paper, in themselves or with another: one is left where a single primary is lit, within whose narrow band the
-    inks are neutral. Without scattering G is no product of passages and stands as it is.
+    inks are neutral. Without scattering, and where inks fluoresce (what enters one leaves through another), G is no
+    product of passages and stands as it is.
     """
     weighted = factors.astype(np.float64) * peaks[:, None, None]
     directions = np.eye(weighted.shape[-1])
-    if scatters:
+    if scatters and np.allclose(weighted, np.swapaxes(weighted, 1, 2)):
         directions = np.linalg.eigh(weighted.sum(axis=0))[1]
         held = np.abs(directions.T @ weighted @ directions).sum(axis=0).max(axis=1)
         directions = directions[:, held > _NEGLIGIBLE * weighted[:, 0, 0].sum()]

@@ -1,4 +1,7 @@
-"""Rebuild paxel_runtime/data/colorants.csv: smooth reflectances of the solid inks of FOGRA39L.
+"""Rebuild colorants.csv, overprints.csv, papers.csv of paxel_runtime/data: smooth reflectances of FOGRA's solids.
+
+The colorants are inks of FOGRA39L by name; the overprints are all its 16 Neugebauer primaries by their recipe; the
+papers are the bare stock of FOGRA29L (uncoated).
 
 FOGRA39L gives the colours of the printed solids (XYZ under D50, 2 degrees), not their spectra. Of all
 reflectances between 0 and 1 with that very colour, this takes the smoothest in the hyperbolic-tangent form,
@@ -10,7 +13,7 @@ reconstruction", Color Research and Application 45, 2020: method LHTSS).
 
 Run from a checkout, with colour-science and the measurement file at hand::
 
-    PAXEL_DATA=<folder with print/FOGRA39L.ti3> python reports/make_colorants.py
+    PAXEL_DATA=<folder with print/FOGRA39L.ti3, print/FOGRA29L.ti3> python reports/make_colorants.py
 """
 
 from __future__ import annotations
@@ -35,7 +38,7 @@ CMYK_OF_COLORANT = {
     "blue": (100, 100, 0, 0),
 }
 COLUMNS = ("CMYK_C", "CMYK_M", "CMYK_Y", "CMYK_K", "XYZ_X", "XYZ_Y", "XYZ_Z")
-TABLE = Path(__file__).parent.parent / "paxel_runtime" / "data" / "colorants.csv"
+FOLDER = Path(__file__).parent.parent / "paxel_runtime" / "data"
 HEADER = """\
 # Spectral reflectances (0..1, 380-780 nm by 5 nm) of solid inks on coated paper, and the printer's recipe (CMYK, 0..1).
 # Colours: the Neugebauer primaries of FOGRA39L.ti3 (Fogra, www.fogra.org: offset, ISO 12647-2, coated paper, white
@@ -90,20 +93,32 @@ def smoothest_reflectance(
 
 
 def main() -> None:
-    """Write the table and state how well it gives back the measured colours."""
-    primaries = read_primaries_XYZ(Path(os.environ["PAXEL_DATA"]) / "print" / "FOGRA39L.ti3")
+    """Write the tables and state how well they give back the measured colours."""
+    coated, uncoated = (
+        read_primaries_XYZ(Path(os.environ["PAXEL_DATA"]) / "print" / name) for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
+    )
     D50 = colour.SDS_ILLUMINANTS["D50"].copy().align(colour.SpectralShape(380, 780, 5)).values
     D50_XYZ = spectra_to_XYZ(D50)
     XYZ_of_band = spectra_to_XYZ(np.diag(D50)) / D50_XYZ[1]
-    lines = [",".join(("name", "cmyk_c", "cmyk_m", "cmyk_y", "cmyk_k", *(f"{nm:.0f}" for nm in WAVELENGTHS_NM)))]
-    for name, cmyk in CMYK_OF_COLORANT.items():
-        reflectance = np.round(smoothest_reflectance(primaries[cmyk], XYZ_of_band), 5)
-        Lab = XYZ_to_Lab(np.stack((primaries[cmyk], reflectance @ XYZ_of_band)), D50_XYZ / D50_XYZ[1])
-        dE76 = float(np.linalg.norm(Lab[0] - Lab[1]))
-        L, a, b = Lab[1]
-        print(f"{name:8s} Lab {L:6.2f} {a:6.2f} {b:6.2f}   dE76 from the measurement {dE76:.4f}")
-        lines.append(",".join((name, *(f"{v / 100:g}" for v in cmyk), *(f"{r:.5f}" for r in reflectance))))
-    TABLE.write_text(HEADER + "\n".join(lines) + "\n", encoding="utf-8")
+    overprints = {"".join(ink for ink, share in zip("CMYK", cmyk, strict=True) if share) or "paper": cmyk
+                  for cmyk in sorted(coated)}  # fmt: skip
+    for table, primaries, recipes in (
+        ("colorants.csv", coated, CMYK_OF_COLORANT),
+        ("overprints.csv", coated, overprints),
+        ("papers.csv", uncoated, {"uncoated": (0, 0, 0, 0)}),
+    ):
+        lines = [",".join(("name", "cmyk_c", "cmyk_m", "cmyk_y", "cmyk_k", *(f"{nm:.0f}" for nm in WAVELENGTHS_NM)))]
+        for name, cmyk in recipes.items():
+            reflectance = np.round(smoothest_reflectance(primaries[cmyk], XYZ_of_band), 5)
+            Lab = XYZ_to_Lab(np.stack((primaries[cmyk], reflectance @ XYZ_of_band)), D50_XYZ / D50_XYZ[1])
+            dE76 = float(np.linalg.norm(Lab[0] - Lab[1]))
+            L, a, b = Lab[1]
+            print(f"{name:8s} Lab {L:6.2f} {a:6.2f} {b:6.2f}   dE76 from the measurement {dE76:.4f}")
+            lines.append(",".join((name, *(f"{v / 100:g}" for v in cmyk), *(f"{r:.5f}" for r in reflectance))))
+        header = HEADER
+        if primaries is uncoated:
+            header = header.replace("FOGRA39L", "FOGRA29L").replace("coated", "uncoated")
+        (FOLDER / table).write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

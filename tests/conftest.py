@@ -1,5 +1,6 @@
 """Fixtures that several test files share."""
 
+import os
 from collections.abc import Callable
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
+
+os.environ["PAXEL_CACHE_DIR"] = ""  # no test reads or writes the user's cache, nor does a process it starts
 
 
 @pytest.fixture(scope="session")

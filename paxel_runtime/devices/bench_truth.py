@@ -34,6 +34,10 @@ class BenchTruth:
         Share of each ink in each sample of the fine raster, 0..255.
     printed_size_mm : (2,) float64 array
         Width and height of the pattern area as printed.
+    responses : tuple of str
+        Response curves of the channels; see `optics.response`.
+    sheet_maps : BenchMaps, optional
+        Geometry of the second surface, which may be held in front of the wall.
     """
 
     channels: tuple[str, ...]
@@ -43,13 +47,16 @@ class BenchTruth:
     inks: list[int]
     ink_coverage: NDArray[np.uint8]
     printed_size_mm: NDArray[np.float64]
+    responses: tuple[str, ...] = ()
+    sheet_maps: BenchMaps | None = None
 
-    def camera_xy(self, channel: str) -> NDArray[np.float64]:
-        """Camera position (x, y) of the light of each projector pixel's centre, (H, W, 2)."""
+    def camera_xy(self, channel: str, surface: str = "pattern") -> NDArray[np.float64]:
+        """Camera position (x, y) of the light of each projector pixel's centre on a surface, (H, W, 2)."""
+        maps = self.sheet_maps if surface == "white" and self.sheet_maps is not None else self.maps
         columns, rows = np.arange(self.grid.width), np.arange(self.grid.height)
         pixels = np.stack(np.meshgrid(columns, rows), axis=-1).astype(np.float64)
-        middle = raster_of_channel(self.maps, channel_index(self.channels, channel), pixels)
-        return wall_to_camera(self.maps, raster_to_wall(self.maps, middle))
+        middle = raster_of_channel(maps, channel_index(self.channels, channel), pixels)
+        return wall_to_camera(maps, raster_to_wall(maps, middle))
 
     def coverage(self) -> NDArray[np.float32]:
         """Share of each colorant, then of bare paper, in the area of each projector pixel: (H, W, M + 1), sum 1.
@@ -69,7 +76,8 @@ class BenchTruth:
 
     def response(self, channel: str, P: ArrayLike) -> NDArray[np.float64]:
         """Linear intensity x of device values P, 0..1."""
-        return response(P, channel_index(self.channels, channel))
+        j = channel_index(self.channels, channel)
+        return response(P, j, self.responses[j] if self.responses else "", channel)
 
     def _inside_pattern(self) -> NDArray[np.float32]:
         """Share of the pattern area in each projector pixel, (H, W), from the centres of its samples."""

@@ -261,7 +261,9 @@ def test_convolve_against_scipy() -> None:
     np.testing.assert_allclose(convolve(field, kernel), expected, rtol=1e-5, atol=1e-6)
 
 
-def test_radiance_against_plain_numpy() -> None:
+@pytest.mark.parametrize("fluoresces", [False, True])
+@pytest.mark.parametrize("ambient", [False, True])
+def test_radiance_against_plain_numpy(fluoresces: bool, ambient: bool) -> None:
     grid, maps = FineGrid(40, 36, 4), maps_of((40, 36), chromatic_shift_camera_px=0.6)
     rng = np.random.default_rng(0)
     x = rng.random((2, 36, 40), dtype=np.float32)
@@ -269,17 +271,24 @@ def test_radiance_against_plain_numpy() -> None:
     coverage = rng.integers(0, 128, (2, *grid.shape), dtype=np.uint8)
     paper, inks = np.full(81, 0.9), rng.uniform(0.05, 0.8, (2, 81))
     factors = pair_factors(rng.random((3, 81)), primaries(("red", "green")), paper, ink_terms(paper, inks))
+    if fluoresces:  # light that entered ink 1 leaves through the paper and, dimmed, through ink 0
+        factors[:, :, 0, 2] += 3.0
+        factors[:, :, 1, 2] -= 1.0
     scattering, blur = gaussian_kernel(1.6), gaussian_kernel(1.1)
+    uniform = 0.1 * factors[:, 0] if ambient else None
     a = np.concatenate((np.ones((1, *grid.shape)), coverage / 255))
     light = np.stack([all_light(plane, f, grid) for plane, f in zip(x, footprints, strict=True)])
     expected = np.zeros((3, *grid.shape))
     for j, k, m in np.ndindex(2, 3, 3):
         passage = a[k] * convolve((a[m] * light[j]).astype(np.float32), scattering)
         expected += factors[:, j, k, m, None, None] * passage
+        if uniform is not None and j == 0:
+            expected += uniform[:, k, m, None, None] * a[k] * convolve(a[m].astype(np.float32), scattering)
     expected = np.stack([convolve(plane.astype(np.float32), blur) for plane in expected])
-    seen = radiance(x, footprints, coverage, factors, scattering, blur)
-    # Directions with less than 1e-5 of the light are left out.
-    np.testing.assert_allclose(seen, expected, rtol=1e-5, atol=1e-5 * expected.max())
+    seen = radiance(x, footprints, coverage, factors, scattering, blur, uniform)
+    rim = slice(len(scattering) + len(blur), -len(scattering) - len(blur)) if ambient else slice(None)
+    # Directions with less than 1e-5 of the light are left out; ambient light does not end with the raster.
+    np.testing.assert_allclose(seen[:, rim, rim], expected[:, rim, rim], rtol=1e-5, atol=1e-5 * expected.max())
 
 
 def test_scattered_apertures_are_the_adjoint_of_the_paper() -> None:
