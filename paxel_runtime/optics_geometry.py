@@ -11,17 +11,20 @@ This file knows no light, no ink and no noise.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.errors import InputError
 from paxel_runtime.optics_grid import FineGrid, bspline_weights, correlated_noise, in_bands
 
 __all__ = [
     "LATTICE_PX",
     "BenchMaps",
+    "CameraPose",
     "camera_to_fine_grid",
     "make_maps",
     "raster_of_channel",
@@ -73,6 +76,40 @@ class BenchMaps(NamedTuple):
         return float(1.0 / (self.camera_frame[0] * np.sqrt(abs(np.linalg.det(self.wall_to_camera[:2, :2])))))
 
 
+@dataclass(frozen=True)
+class CameraPose:
+    """How the bench's camera is aimed, from the pose that just holds the projection.
+
+    Attributes
+    ----------
+    pan : (float, float)
+        Shift of the projection in the picture, right and down, as a share of the picture's size.
+    zoom : float
+        Magnification, > 0.
+    roll_deg : float
+        Turn about the optical axis.
+    slant : (float, float)
+        Change of scale from the middle of the projection to its corner along x and y, -0.3..0.3: a camera that does
+        not look at right angles.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    pan: tuple[float, float] = (0.0, 0.0)
+    zoom: float = 1.0
+    roll_deg: float = 0.0
+    slant: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (self.zoom > 0 and np.isfinite((self.zoom, self.roll_deg, *self.pan)).all()):
+            raise InputError(f"a camera's zoom must be > 0, and zoom, pan and roll_deg finite, got {self}")
+        if not max(map(abs, self.slant)) <= 0.3:
+            raise InputError(f"a camera's slant must be -0.3 to 0.3, got {self.slant}")
+
+
 def make_maps(
     resolution: tuple[int, int],
     width_mm: float,
@@ -82,12 +119,13 @@ def make_maps(
     wave_camera_px: float,
     wave_correlation_px: float,
     seed: int,
+    pose: CameraPose | None = None,
 ) -> BenchMaps:
     """Aim a projector and a camera at the wall, each a little off, as hands would.
 
     The projection is `width_mm` wide and misses the middle of the pattern by up to 0.6 % of that, is turned by up to
     0.6 degrees, and is up to 1.2 % wider on one side; lenses distort by up to 0.5 %. The camera's picture holds the
-    projection with a margin of 3 %.
+    projection with a margin of 3 %, if `pose` does not say otherwise.
 
     Parameters
     ----------
@@ -101,7 +139,14 @@ def make_maps(
     wave_correlation_px : float
         Projector pixels at which its correlation has fallen to 1/e.
     seed : int
+    pose : CameraPose, optional
+
+    Raises
+    ------
+    InputError
+        If the camera sees no pixel of the projection.
     """
+    pose = pose or CameraPose()
     rng = np.random.default_rng((seed, 1))
     width, height = resolution
     centre = np.array([(width - 1) / 2, (height - 1) / 2])
@@ -111,6 +156,8 @@ def make_maps(
     shift_mm = rng.uniform(-0.006, 0.006, 2) * width_mm
     to_wall = _similarity(rng.uniform(-0.6, 0.6), radius_mm, shift_mm) @ _keystone(rng.uniform(-0.012, 0.012, 2))
     to_camera = _keystone(rng.uniform(-0.008, 0.008, 2)) @ _similarity(rng.uniform(-0.5, 0.5), 1 / radius_mm, (0, 0))
+    if pose.roll_deg or any(pose.slant):
+        to_camera = _keystone(np.array(pose.slant)) @ _similarity(pose.roll_deg, 1.0, (0.0, 0.0)) @ to_camera
     flat = BenchMaps(
         raster_centre=centre,
         radius_px=radius_px,
@@ -124,6 +171,9 @@ def make_maps(
         magnification=np.ones(channels),
     )
     framed = flat._replace(camera_frame=_frame_projection(flat, resolution, camera_resolution))
+    if pose.zoom != 1 or any(pose.pan):
+        framed = framed._replace(camera_frame=_moved_frame(framed.camera_frame, camera_resolution, pose))
+        _require_in_view(framed, resolution, camera_resolution, pose)
     camera_px_mm = framed.camera_px_mm
     shift = chromatic_shift_camera_px * camera_px_mm / radius_mm
     return framed._replace(
@@ -155,6 +205,27 @@ def _frame_projection(
     size = np.array(camera_resolution, np.float64)
     scale = float(np.min(size * (1 - 2 * _CAMERA_MARGIN) / (high - low)))
     return np.array([scale, *((size - 1) / 2 - scale * (low + high) / 2)])
+
+
+def _moved_frame(
+    frame: NDArray[np.float64], camera_resolution: tuple[int, int], pose: CameraPose
+) -> NDArray[np.float64]:
+    """The frame zoomed about the picture's middle, and the projection moved by a share of the picture's size."""
+    size = np.array(camera_resolution, np.float64)
+    middle = (size - 1) / 2
+    return np.array([frame[0] * pose.zoom, *(middle + pose.zoom * (frame[1:] - middle) + np.array(pose.pan) * size)])
+
+
+def _require_in_view(
+    maps: BenchMaps, resolution: tuple[int, int], camera_resolution: tuple[int, int], pose: CameraPose
+) -> None:
+    x, y = np.meshgrid(np.linspace(0, resolution[0] - 1, 65), np.linspace(0, resolution[1] - 1, 65))
+    seen = wall_to_camera(maps, raster_to_wall(maps, np.stack((x, y), axis=-1)))
+    if not np.any(np.all((seen >= 0) & (seen <= np.array(camera_resolution) - 1), axis=-1)):
+        raise InputError(
+            f"the camera must see some of the projection, and sees none with {pose}: pan less, or zoom below "
+            f"{pose.zoom:g}"
+        )
 
 
 def _make_wave(resolution: tuple[int, int], rms_mm: float, correlation_px: float, seed: int) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
 from paxel_runtime.optics import RESPONSES, primaries
 from paxel_runtime.optics_fluorescence import Fluorescence
+from paxel_runtime.optics_geometry import CameraPose
 from paxel_runtime.optics_overprint import papers
 
 __all__ = ["BAYER", "GRAY", "BenchSetup"]
@@ -74,6 +75,8 @@ class BenchSetup:
         solids; else, and for all other inks, the darker decides.
     exposure : float
         Factor on the camera's exposure, > 0; above 1.25 the brightest place saturates.
+    camera_pose : CameraPose
+        Where the camera looks, if not straight at the whole projection.
     bayer : str
         One of `BAYER`; with ``"raw"`` every picture is one plane (h, w), red at even rows and columns, blue at odd.
 
@@ -105,6 +108,7 @@ class BenchSetup:
     overprint: bool = False
     exposure: float = 1.0
     bayer: str = "none"
+    camera_pose: CameraPose = field(default_factory=CameraPose)
 
     def __post_init__(self) -> None:
         if self.quality not in QUALITIES:

@@ -78,6 +78,7 @@ class VirtualBench:
             q.wave_camera_px,
             q.wave_correlation_px,
             setup.seed,
+            setup.camera_pose,
         )
         self._footprints = [
             make_footprint(

@@ -16,6 +16,7 @@ from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
 from paxel_runtime.optics import ambient_spectrum, primaries
 from paxel_runtime.optics_fluorescence import brightener, fluorescent_inks
+from paxel_runtime.optics_geometry import CameraPose
 from paxel_runtime.optics_held import lens_positions_mm
 from paxel_runtime.optics_overprint import overprint_reflectance, papers
 
@@ -385,3 +386,32 @@ def test_bayer_mosaic() -> None:
 def test_an_impossible_option_is_refused(change: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         bench_of(**change)
+
+
+def test_a_camera_may_be_aimed_otherwise_and_truth_follows() -> None:
+    """A lit spot lies where the truth of the posed camera says; 0.05 px: rounding of a few camera pixels' light."""
+    pose = CameraPose(pan=(0.05, -0.03), zoom=0.8, roll_deg=4.0, slant=(0.1, -0.05))
+    bench = bench_of(camera_pose=pose)
+    row, column = SIZE[1] // 3, SIZE[0] // 4
+    codes = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    bench.place("white")
+    bench.show(codes)
+    dark = bench.capture("green").astype(float)
+    codes[row - 1 : row + 2, column - 1 : column + 2, 1] = 255
+    bench.show(codes)
+    light = bench.capture("green") - dark
+    x, y = bench.truth.camera_xy("green")[row, column]
+    y0, x0 = int(y) - 8, int(x) - 8
+    light = light[y0 : y0 + 17, x0 : x0 + 17]
+    rows, columns = np.mgrid[y0 : y0 + 17, x0 : x0 + 17]
+    assert (light * columns).sum() / light.sum() == pytest.approx(x, abs=0.05)
+    assert (light * rows).sum() / light.sum() == pytest.approx(y, abs=0.05)
+
+
+def test_a_camera_that_sees_nothing_is_refused() -> None:
+    with pytest.raises(InputError, match="the camera must see some of the projection"):
+        bench_of(camera_pose=CameraPose(pan=(1.5, 0.0)))
+    with pytest.raises(InputError, match="zoom must be > 0"):
+        CameraPose(zoom=0.0)
+    with pytest.raises(InputError, match="slant must be"):
+        CameraPose(slant=(0.5, 0.0))
