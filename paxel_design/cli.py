@@ -31,6 +31,11 @@ class _Group(typer.core.TyperGroup):
         except PaxelError as error:
             messages.print(f"paxel: {error}", style="red", markup=False, soft_wrap=True)
             raise SystemExit(error.exit_code) from None
+        except BrokenPipeError:
+            raise SystemExit(0) from None  # whoever read the output has seen enough
+        except OSError as error:  # no space, no permission: the system's words name the file
+            say(f"paxel: {error}; every finished stage is as it was, so mend that and run the same command again")
+            raise SystemExit(1) from None
         except KeyboardInterrupt:
             say("paxel: interrupted; finished captures are kept, every other stage is as it was")
             raise SystemExit(130) from None

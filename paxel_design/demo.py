@@ -100,6 +100,8 @@ def _open_or_new(folder: Path, preset: str, overrides: dict[str, Any]) -> Instal
         if overrides and installation.settings != settings:
             raise UsageError(f"{toml} holds other settings than --set asks for; edit it, or choose another folder")
         return installation
+    if folder.is_dir() and any(folder.iterdir()):
+        raise UsageError(f"{folder} is not empty and holds no paxel.toml; choose another folder")
     return Installation.create(folder, settings)
 
 

@@ -109,13 +109,14 @@ def capture(installation: Installation, devices: Devices, progress: Progress, *,
     folder = installation.folder("captures")
     inputs = installation.inputs("captures")
     plan = plan_exposures(installation)
-    if folder.is_dir() and (force or read_json(folder / "exposures.json").get("inputs") != inputs):
+    record = folder / "exposures.json"
+    if folder.is_dir() and (force or not record.is_file() or read_json(record).get("inputs") != inputs):
         folder.rename(_free_name(folder))
     folder.mkdir(exist_ok=True)
-    write_json(folder / "exposures.json", {"inputs": inputs, "exposures": [exposure_to_dict(e) for e in plan]})
+    write_json(record, {"inputs": inputs, "exposures": [exposure_to_dict(e) for e in plan]})
 
     geometry = [e for e in plan if e.device == "camera" and not e.clusters]
-    readings = [e for e in plan if e not in set(geometry)]
+    readings = [e for e in plan if e.device == "meter" or e.clusters]
     session = _Session(installation, devices, folder, progress, len(plan))
     session.take(geometry, labels={})
     sorting = _sort(installation, folder, lambda message: progress(message, session.done, len(plan)))

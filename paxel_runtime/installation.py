@@ -38,8 +38,7 @@ class Stage:
     settings : tuple of str
         Tables of paxel.toml it depends on.
     upstream : tuple of str
-        Files of earlier stages it depends on, as globs from the installation's folder; empty entries of a glob mean
-        that the earlier stage is missing.
+        Files of earlier stages it depends on, from the installation's folder; ``{stem}`` is the record's own name.
     """
 
     name: str
@@ -127,14 +126,14 @@ class Installation:
         Raises
         ------
         UsageError
-            If there is a paxel.toml already, or other files.
+            If there is a paxel.toml already, or the path is no folder.
         """
         folder = Path(path)
         toml = folder / "paxel.toml"
         if toml.exists():
             raise UsageError(f"{toml} exists already; edit it, or choose another folder")
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise UsageError(f"{folder} is not empty and holds no paxel.toml; choose another folder")
+        if folder.exists() and not folder.is_dir():
+            raise UsageError(f"{folder} is a file, and an installation is a folder; choose another name")
         folder.mkdir(parents=True, exist_ok=True)
         write_text(toml, settings_to_toml(settings))
         return Installation(folder, settings)

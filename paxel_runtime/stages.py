@@ -187,6 +187,9 @@ def project(
     progress: Progress = lambda message, done, total: None,
 ) -> dict[str, Any]:
     """Make one projection image; writes ``projection/<name>.png`` and its record, and returns the record."""
+    name = name or effect.key
+    if Path(name).name != name or name.startswith("."):
+        raise InputError(f"--name must be a plain file name without folders, got {name!r}; write for example evening-2")
     settings = installation.settings
     width, height = settings.projector.resolution
     surfaces = picture_surfaces(effect, shown_on)
@@ -204,7 +207,6 @@ def project(
         outside=settings.assembly.outside,
         progress=lambda done, total: progress("solve", done, total),
     )
-    name = name or effect.key
     record = {
         "name": name,
         "effect": effect.text,

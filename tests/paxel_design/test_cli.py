@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -27,7 +26,6 @@ def _paxel(*words: object) -> tuple[int, str, str]:
 
 
 def test_help_answers_within_a_second_of_work() -> None:
-    start = time.process_time()
     program = "import sys; sys.argv = ['paxel', '--help']; from paxel_design.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-X", "importtime", "-c", program], capture_output=True, text=True, check=True
@@ -36,7 +34,7 @@ def test_help_answers_within_a_second_of_work() -> None:
     # wall time would depend on the machine; what must not be loaded does not
     for heavy in ("numba", "scipy", "skimage", "trimesh", "reportlab", "pydantic"):
         assert f" {heavy}\n" not in done.stderr, heavy
-    assert time.process_time() - start < 60
+    assert len(done.stderr.splitlines()) < 600  # modules; the libraries above load a thousand and more
 
 
 @pytest.mark.parametrize("command", [c.callback.__name__ for c in app.registered_commands if c.callback])
@@ -66,6 +64,23 @@ def test_new_writes_a_file_that_loads_and_never_overwrites_one(tmp_path: Path) -
     assert code == 2
     assert "exists already" in err
     assert (folder / "paxel.toml").read_bytes() == before
+
+
+def test_what_the_system_refuses_is_told_without_a_traceback(tmp_path: Path) -> None:
+    (tmp_path / "notes").write_text("a file", encoding="utf-8")
+    code, _, err = _paxel("new", tmp_path / "notes")
+    assert code == 2
+    assert "is a file, and an installation is a folder" in err
+    code, _, err = _paxel("new", tmp_path / "notes" / "show")
+    assert code == 1
+    assert str(tmp_path / "notes") in err.replace("\n", "")
+    assert "run the same command again" in err
+
+
+def test_new_leaves_what_else_is_in_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "picture.jpg").write_bytes(b"mine")
+    assert _paxel("new", tmp_path)[0] == 0
+    assert (tmp_path / "picture.jpg").read_bytes() == b"mine"
 
 
 @pytest.mark.parametrize(
