@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -11,6 +12,11 @@ from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
 
 os.environ["PAXEL_CACHE_DIR"] = ""  # no test reads or writes the user's cache, nor does a process it starts
+
+# Everything random takes a seed: the same examples on every machine. `pytest --hypothesis-profile=search` draws others.
+hypothesis.settings.register_profile("reproducible", derandomize=True, deadline=None)
+hypothesis.settings.register_profile("search", derandomize=False, deadline=None)
+hypothesis.settings.load_profile("reproducible")
 
 
 @pytest.fixture(scope="session")

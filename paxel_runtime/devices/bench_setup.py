@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
-from paxel_runtime.optics import RESPONSES, primaries
-from paxel_runtime.optics_fluorescence import Fluorescence
-from paxel_runtime.optics_geometry import CameraPose
-from paxel_runtime.optics_overprint import papers
+from paxel_runtime.optics.fluorescence import Fluorescence
+from paxel_runtime.optics.geometry import CameraPose
+from paxel_runtime.optics.overprint import papers
+from paxel_runtime.optics.spectra import RESPONSES, primaries
 
 __all__ = ["BAYER", "GRAY", "BenchSetup"]
 
@@ -57,7 +57,7 @@ class BenchSetup:
     sheet_distance_mm : float
         Gap between that sheet and the wall at the middle, 0..50; 0 with no tilt is a sheet in place.
     sheet_tilt_deg : (float, float)
-        Its tilt about the x and the y axis, -20..20; see `optics_held.hold_sheet`.
+        Its tilt about the x and the y axis, -20..20; see `optics.held.hold_sheet`.
     ambient : float
         Uniform light of D65's spectrum besides the projector's, as a share of full white, >= 0.
     projector : str
@@ -71,7 +71,7 @@ class BenchSetup:
     fluorescence : mapping of str to Fluorescence
         What colorants by these names emit; ``"white"`` is a brightener in the paper of the print.
     overprint : bool
-        Where two inks overlap, their measured overprint (`optics_overprint.overprint_reflectance`), if both recipes are
+        Where two inks overlap, their measured overprint (`optics.overprint.overprint_reflectance`), if both recipes are
         solids; else, and for all other inks, the darker decides.
     exposure : float
         Factor on the camera's exposure, > 0; above 1.25 the brightest place saturates.

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 from paxel_runtime.devices.bench_qualities import BenchQuality
 from paxel_runtime.devices.bench_setup import GRAY, BenchSetup
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
-from paxel_runtime.optics import (
+from paxel_runtime.optics.cache import cached
+from paxel_runtime.optics.fluorescence import emission_spectra
+from paxel_runtime.optics.geometry import BenchMaps
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.held import HeldSheet, defocus, hold_sheet
+from paxel_runtime.optics.ink import ink_coverage, make_layers
+from paxel_runtime.optics.overprint import lay_over, overprint_reflectance
+from paxel_runtime.optics.spectra import (
     ambient_spectrum,
     excitation_spectra,
     ink_terms,
@@ -18,13 +25,6 @@ from paxel_runtime.optics import (
     primaries,
     sensor_factors,
 )
-from paxel_runtime.optics_cache import cached
-from paxel_runtime.optics_fluorescence import emission_spectra
-from paxel_runtime.optics_geometry import BenchMaps
-from paxel_runtime.optics_grid import FineGrid
-from paxel_runtime.optics_held import HeldSheet, defocus, hold_sheet
-from paxel_runtime.optics_overprint import lay_over, overprint_reflectance
-from paxel_runtime.optics_print import ink_coverage, make_layers
 
 __all__ = ["BenchSheet", "inks_of", "make_sheet", "plain_sheet"]
 

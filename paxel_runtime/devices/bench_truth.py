@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from paxel_runtime.errors import DeviceError
-from paxel_runtime.optics import response
-from paxel_runtime.optics_geometry import BenchMaps, raster_of_channel, raster_to_wall, wall_to_camera
-from paxel_runtime.optics_grid import FineGrid
+from paxel_runtime.optics.geometry import BenchMaps, raster_of_channel, raster_to_wall, wall_to_camera
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.spectra import response
 
 __all__ = ["BenchTruth", "channel_index"]
 

@@ -19,8 +19,7 @@ from paxel_runtime.devices.bench_sheets import BenchSheet, inks_of, make_sheet, 
 from paxel_runtime.devices.bench_truth import BenchTruth, channel_index
 from paxel_runtime.errors import DeviceError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics import camera_sensitivities, patch_factors, response_table, sensor_factors
-from paxel_runtime.optics_camera import (
+from paxel_runtime.optics.camera import (
     PIXEL_BLUR_PX,
     SPLINE_VARIANCE,
     demosaic,
@@ -28,11 +27,12 @@ from paxel_runtime.optics_camera import (
     mosaic,
     sample_camera,
 )
-from paxel_runtime.optics_geometry import BenchMaps, camera_to_fine_grid, make_maps, raster_to_wall
-from paxel_runtime.optics_grid import FineGrid, gaussian_kernel
-from paxel_runtime.optics_light import drive, fringe, make_footprint
-from paxel_runtime.optics_meter import MeterSpot, make_spot
-from paxel_runtime.optics_paper import radiance
+from paxel_runtime.optics.geometry import BenchMaps, camera_to_fine_grid, make_maps, raster_to_wall
+from paxel_runtime.optics.grid import FineGrid, gaussian_kernel
+from paxel_runtime.optics.light import drive, fringe, make_footprint
+from paxel_runtime.optics.meter import MeterSpot, make_spot
+from paxel_runtime.optics.paper import radiance
+from paxel_runtime.optics.spectra import camera_sensitivities, patch_factors, response_table, sensor_factors
 
 __all__ = ["BenchSetup", "VirtualBench"]
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from paxel_runtime import optics_grid
 from paxel_runtime.devices.base import Camera, Devices, Operator, Projector, Spectroradiometer
 from paxel_runtime.devices.bench_qualities import QUALITIES, BenchQuality
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import DeviceError, InputError
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern, colorant_library
-from paxel_runtime.optics import primaries
+from paxel_runtime.optics import grid
+from paxel_runtime.optics.spectra import primaries
 
 RGB = ("red", "green", "blue")
 SIZE = (144, 96)
@@ -186,7 +186,7 @@ def test_finer_samples_change_nothing(quality: BenchQuality, monkeypatch: pytest
     quality = replace(quality, drift=0, meter_noise_level=0, meter_noise_band=0, ragged_um=0)
     readings = []
     for subsamples in (4, 8):
-        monkeypatch.setattr(optics_grid, "_LEAST_SUBSAMPLES", subsamples)
+        monkeypatch.setattr(grid, "_LEAST_SUBSAMPLES", subsamples)
         bench = bench_of(quality)
         bench.show(noise_frame())
         readings.append(spectra_to_XYZ(bench.measure()))

@@ -14,11 +14,11 @@ from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
-from paxel_runtime.optics import ambient_spectrum, primaries
-from paxel_runtime.optics_fluorescence import brightener, fluorescent_inks
-from paxel_runtime.optics_geometry import CameraPose
-from paxel_runtime.optics_held import lens_positions_mm
-from paxel_runtime.optics_overprint import overprint_reflectance, papers
+from paxel_runtime.optics.fluorescence import brightener, fluorescent_inks
+from paxel_runtime.optics.geometry import CameraPose
+from paxel_runtime.optics.held import lens_positions_mm
+from paxel_runtime.optics.overprint import overprint_reflectance, papers
+from paxel_runtime.optics.spectra import ambient_spectrum, primaries
 
 RGB = ("red", "green", "blue")
 SIZE = (144, 96)

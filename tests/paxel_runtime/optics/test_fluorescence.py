@@ -10,8 +10,7 @@ import pytest
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics import excitation_spectra, ink_terms, primaries
-from paxel_runtime.optics_fluorescence import (
+from paxel_runtime.optics.fluorescence import (
     EXCITATION_NM,
     Fluorescence,
     brightener,
@@ -20,6 +19,7 @@ from paxel_runtime.optics_fluorescence import (
     fluorescent_inks,
     uv_line,
 )
+from paxel_runtime.optics.spectra import excitation_spectra, ink_terms, primaries
 
 PAPER = np.full(81, 0.9)
 DYES = [fluorescence for _, fluorescence in fluorescent_inks().values()]

@@ -2,7 +2,7 @@
 
 The projector's lens stands below the axis, the camera's on it (typical distances of a desktop set-up); both are
 points, so that holding the sheet is one more homography between the projector's raster and what the camera sees.
-Coordinates as in `optics_geometry`, with z towards the viewer and the wall at z = 0. This file knows no ink.
+Coordinates as in `geometry`, with z towards the viewer and the wall at z = 0. This file knows no ink.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ive
 
-from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall
-from paxel_runtime.optics_grid import in_bands
+from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
+from paxel_runtime.optics.grid import in_bands
 
 __all__ = ["HeldSheet", "defocus", "hold_sheet", "lens_positions_mm"]
 

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from paxel_runtime import structured_light_kernels as kernels
 from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.structured_light import LINE_PERIOD, REASONS, Decoded, LightFrame, decode, plan_frames
-from paxel_runtime.structured_light_ripple import remove_ripple
+from paxel_runtime.structured_light import LINE_PERIOD, REASONS, Decoded, LightFrame, decode, kernels, plan_frames
+from paxel_runtime.structured_light.ripple import remove_ripple
 
 WIDTH, HEIGHT = 101, 76  # no powers of two, one of them odd
 REASON = {text: number for number, text in enumerate(REASONS)}

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.box_qp import LANES, NU, RES, ROWS, S_FIRST, S_REST, Z, larger, smaller
+from paxel_runtime.inversion.box_qp import LANES, NU, RES, ROWS, S_FIRST, S_REST, Z, larger, smaller
 from paxel_runtime.model.delta_e import squared_dE00_jet
 from paxel_runtime.numba_options import INLINED
 

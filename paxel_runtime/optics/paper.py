@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.optics_grid import in_bands
-from paxel_runtime.optics_light import Footprint, light_rows, spread_columns
+from paxel_runtime.optics.grid import in_bands
+from paxel_runtime.optics.light import Footprint, light_rows, spread_columns
 
 __all__ = ["convolve", "convolve_columns", "convolve_rows", "radiance", "scattered_apertures"]
 

@@ -44,7 +44,7 @@ class Start:
     coefficients : (m, 2) float64 array
         Of x and y on `chebyshev_terms`.
     ink_px2 : float
-        Camera pixels by which a pixel's place moves for a relative gradient of 1/px, see `registration_fit.ink_shift`.
+        Camera pixels by which a pixel's place moves for a relative gradient of 1/px, see `fit.ink_shift`.
     cutoff_px : float
         Residual from which on a point has no weight.
     """

@@ -18,9 +18,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime import structured_light_kernels as kernels
-from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.structured_light_checks import (
+from paxel_runtime.errors import CalibrationError
+from paxel_runtime.structured_light import kernels
+from paxel_runtime.structured_light.checks import (
     DECODED,
     DISAGREE,
     LINE_PERIOD,
@@ -43,11 +43,11 @@ from paxel_runtime.structured_light_checks import (
     refuse_dark,
     refuse_odd_pairs,
 )
-from paxel_runtime.structured_light_ripple import remove_ripple
+from paxel_runtime.structured_light.frames import AXES, bits_of
+from paxel_runtime.structured_light.ripple import remove_ripple
 
-__all__ = ["LINE_PERIOD", "REASONS", "Decoded", "LightFrame", "SensorNoise", "decode", "plan_frames"]
+__all__ = ["Decoded", "decode"]
 
-_AXES: tuple[Literal["x", "y"], ...] = ("x", "y")
 _SATURATION = 65400
 """Raw values from here on are saturated: 65535 by contract, with room for a 14-bit camera's 65532."""
 _LEAST_BIT_CONTRAST = 3.0
@@ -61,41 +61,6 @@ _SAMPLE = 150_000
 """Camera pixels that statistics of whole captures are made from."""
 _MARGIN_PX = 1.5
 """At the frame's rim a line lacks its neighbour, which would pull the phase inwards."""
-
-
-@dataclass(frozen=True, eq=False)
-class LightFrame:
-    """One frame of structured light: a profile along one axis, constant along the other.
-
-    Attributes
-    ----------
-    name : str
-        Unique in a plan, fit for file names: ``white``, ``gray-x-3``, ``gray-x-3-inverse``, ``line-y-0``.
-    axis : "x" | "y"
-        Axis along which the profile runs.
-    profile : (W,) or (H,) bool array
-        Lit pixels along that axis.
-    """
-
-    name: str
-    axis: Literal["x", "y"]
-    profile: NDArray[np.bool_]
-
-    def pixels(self, width: int, height: int) -> NDArray[np.bool_]:
-        """The frame, (height, width) bool; True is lit.
-
-        Raises
-        ------
-        InputError
-            If the frame was planned for another size.
-        """
-        length = width if self.axis == "x" else height
-        if len(self.profile) != length:
-            raise InputError(
-                f"frame {self.name} was planned for {len(self.profile)} pixels along {self.axis}, asked for {length}"
-            )
-        profile = self.profile[None, :] if self.axis == "x" else self.profile[:, None]
-        return np.broadcast_to(profile, (height, width))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,45 +92,6 @@ class Decoded:
     def counts(self) -> dict[str, int]:
         """Number of camera pixels by reason."""
         return dict(zip(REASONS, np.bincount(self.reason.ravel(), minlength=len(REASONS)).tolist(), strict=True))
-
-
-def plan_frames(width: int, height: int, *, coarse: bool = True) -> tuple[LightFrame, ...]:
-    """Frames to show, in order.
-
-    Parameters
-    ----------
-    width, height : int
-        Resolution of the projector, 16 to 65536 each; no power of two is asked for.
-    coarse : bool
-        With white, black and the Gray code. Without, the 16 shifted lines alone: `decode` then needs the result of a
-        channel that was decoded in full.
-
-    Returns
-    -------
-    tuple of LightFrame
-        ``2 + 2 (bits_x + bits_y) + 16`` frames, or 16; bits = ceil(log2(length / 2)).
-
-    Raises
-    ------
-    InputError
-        If the resolution is out of range.
-    """
-    if not (16 <= width <= 65536 and 16 <= height <= 65536):
-        raise InputError(f"structured light needs a projector of 16 to 65536 pixels a side, got {width} x {height}")
-    lengths = {"x": width, "y": height}
-    frames = []
-    if coarse:
-        frames = [LightFrame("white", "x", np.ones(width, bool)), LightFrame("black", "x", np.zeros(width, bool))]
-        for axis in _AXES:
-            index = np.arange(lengths[axis]) >> 1
-            for bit in reversed(range(_bits(lengths[axis]))):
-                lit = ((index ^ (index >> 1)) >> bit & 1).astype(bool)
-                name = gray_name(axis, bit)
-                frames += [LightFrame(name, axis, lit), LightFrame(f"{name}-inverse", axis, ~lit)]
-    for axis in _AXES:
-        place = np.arange(lengths[axis]) % LINE_PERIOD
-        frames += [LightFrame(line_name(axis, shift), axis, place == shift) for shift in range(LINE_PERIOD)]
-    return tuple(frames)
 
 
 def decode(
@@ -201,8 +127,8 @@ def decode(
     clipped = np.zeros(reason.shape, bool)
     signal = np.zeros(reason.shape, np.float32)
     places, tolerance_px = [], TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX
-    for axis, length, guess in zip(_AXES, (width, height), coarse, strict=True):
-        bits = _bits(length) if guide is None else None
+    for axis, length, guess in zip(AXES, (width, height), coarse, strict=True):
+        bits = bits_of(length) if guide is None else None
         wave, total = _add_lines(captures, axis, guess, bits, reason, clipped)
         place = np.empty(reason.shape, np.float32)
         limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
@@ -259,9 +185,9 @@ def _decode_gray(
     coarse: list[NDArray[np.float32]] = []
     sums: list[tuple[str, float]] = []
     reason = np.zeros(white.shape, np.uint8)
-    for axis, length in zip(_AXES, (width, height), strict=True):
+    for axis, length in zip(AXES, (width, height), strict=True):
         code, doubt = np.zeros(white.shape, np.uint16), np.zeros(white.shape, np.uint8)
-        for bit in reversed(range(_bits(length))):
+        for bit in reversed(range(bits_of(length))):
             name = gray_name(axis, bit)
             lit, inverse = captures(name), captures(f"{name}-inverse")
             few_sum = lit[::step, ::step].astype(np.float64) + inverse[::step, ::step] - 2.0 * few_black
@@ -271,11 +197,11 @@ def _decode_gray(
             sums.append((name, odd_share(few_light, few_black, few_sum, noise)))
             args = (noise.gain, noise.read_variance, _LEAST_BIT_CONTRAST)
             kernels.add_gray_pair(lit, inverse, bit, *args, code, doubt)
-        coarse.append(kernels.gray_to_position(code, doubt, _bits(length), reason, WEAK_BIT))
+        coarse.append(kernels.gray_to_position(code, doubt, bits_of(length), reason, WEAK_BIT))
     assert noise is not None  # both axes have at least 3 bits
     refuse_odd_pairs(sums)
-    for axis, length, place in zip(_AXES, (width, height), coarse, strict=True):
-        check_bits(axis, np.where(reason == DECODED, place, np.nan), _bits(length))
+    for axis, length, place in zip(AXES, (width, height), coarse, strict=True):
+        check_bits(axis, np.where(reason == DECODED, place, np.nan), bits_of(length))
     return coarse, reason, noise
 
 
@@ -310,8 +236,3 @@ def _add_lines(
         samples.append(capture[::step, ::step][known].astype(np.float64))
     check_lines(axis, np.array(samples), few_coarse, bits)
     return wave, total
-
-
-def _bits(length: int) -> int:
-    """Bits of Gray code that tell bins of 2 pixels apart: its finest stripes are 4 pixels wide."""
-    return ((length + 1) // 2 - 1).bit_length()

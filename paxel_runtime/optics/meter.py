@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
-from paxel_runtime.optics import patch_factors
-from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall
-from paxel_runtime.optics_grid import FineGrid
-from paxel_runtime.optics_light import Footprint, footprint_adjoint
-from paxel_runtime.optics_paper import scattered_apertures
+from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.light import Footprint, footprint_adjoint
+from paxel_runtime.optics.paper import scattered_apertures
+from paxel_runtime.optics.spectra import patch_factors
 
 __all__ = ["MeterSpot", "make_spot"]
 

@@ -1,6 +1,6 @@
 """Kernels of the inversion: linear solve, nearest-to-gray solution in the box, Newton on dE00^2, dE00 of the result.
 
-Plain arrays in and out, float64, no checks: `inversion.py` makes the arguments and documents the method. Each kernel
+Plain arrays in and out, float64, no checks: `solver.py` makes the arguments and documents the method. Each kernel
 releases the interpreter lock and works on the pixels it is given, so threads can share a picture. The answer of a
 pixel does not depend on its neighbours.
 
@@ -16,8 +16,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.box_qp import DONE, LANES, NU, REG, RES, ROWS, S_FIRST, S_REST, Z, clip, larger, qp_steps, smaller
-from paxel_runtime.local_model import (
+from paxel_runtime.inversion.box_qp import (
+    DONE,
+    LANES,
+    NU,
+    REG,
+    RES,
+    ROWS,
+    S_FIRST,
+    S_REST,
+    Z,
+    clip,
+    larger,
+    qp_steps,
+    smaller,
+)
+from paxel_runtime.inversion.local_model import (
     CHANGE,
     LAB,
     MU,

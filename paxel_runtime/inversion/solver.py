@@ -22,8 +22,8 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from paxel_runtime import inversion_kernels as kernels
 from paxel_runtime.errors import InputError
+from paxel_runtime.inversion import kernels
 from paxel_runtime.model.prediction import PredictionModel
 
 __all__ = ["CAPPED", "EXACT", "OPTIMUM", "STATUS_NAMES", "Inversion", "invert"]

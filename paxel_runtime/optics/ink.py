@@ -15,8 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Pattern
-from paxel_runtime.optics_geometry import BenchMaps, raster_to_wall
-from paxel_runtime.optics_grid import MARGIN_PX, FineGrid, correlated_noise, in_bands
+from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
+from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, correlated_noise, in_bands
 
 __all__ = ["InkLayers", "ink_coverage", "make_layers"]
 
@@ -207,7 +207,7 @@ def _cover_pixels(
 ) -> None:
     """Fill the samples of rows of pixels, whose corners lie at `corners_mm` (rows + 1, columns + 1, 2) on the wall.
 
-    Within a pixel the wall is linear: true to 1e-5 mm for the maps of `optics_geometry`. Farther than `reach_mm` from
+    Within a pixel the wall is linear: true to 1e-5 mm for the maps of `geometry`. Farther than `reach_mm` from
     every edge of a cell nothing moves the ink.
     """
     long_mm, short_mm = sides_mm

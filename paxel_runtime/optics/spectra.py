@@ -8,7 +8,7 @@ radiance is
 
 and since T = 1 + sum_i a_i (t_i - 1), with a_i the coverage of ink i and t_i = sqrt(R_i / R) from its solid patch, a
 sensor sees ``sum_jkl G[j, k, l] a_k [s * (a_l L_j)]`` with a_0 = 1. `pair_factors` makes G, once, for any sensor; the
-other modules of the bench (``optics_*``) compute the spatial part.
+other modules of the bench (`paxel_runtime.optics`) compute the spatial part.
 
 The bench shares nothing with the estimators but plain colorimetry: its response curves are its own.
 """
@@ -25,7 +25,7 @@ from scipy.interpolate import PchipInterpolator
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics_fluorescence import EXCITATION_NM, uv_line
+from paxel_runtime.optics.fluorescence import EXCITATION_NM, uv_line
 
 __all__ = [
     "PROJECTORS",
@@ -78,7 +78,7 @@ def primaries(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.f
 
 
 def excitation_spectra(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.float64]:
-    """`primaries` with the ultraviolet, (N, 97), on `optics_fluorescence.EXCITATION_NM`, per nm."""
+    """`primaries` with the ultraviolet, (N, 97), on `fluorescence.EXCITATION_NM`, per nm."""
     table = _projector_spectra(projector)
     rows = [table[name] for name in channels]
     return np.array([np.concatenate((np.zeros(len(EXCITATION_NM) - len(row)), row)) for row in rows])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from paxel_runtime.optics_geometry import BenchMaps, camera_to_fine_grid, make_maps, raster_to_wall, wall_to_camera
-from paxel_runtime.optics_grid import FineGrid
-from paxel_runtime.optics_held import defocus, hold_sheet, lens_positions_mm
+from paxel_runtime.optics.geometry import BenchMaps, camera_to_fine_grid, make_maps, raster_to_wall, wall_to_camera
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.held import defocus, hold_sheet, lens_positions_mm
 
 SIZE, WIDTH_MM = (96, 64), 60.0
 

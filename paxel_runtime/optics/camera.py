@@ -10,8 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import convolve, gaussian_filter
 
-from paxel_runtime.optics_geometry import LATTICE_PX
-from paxel_runtime.optics_grid import bspline_weights, in_bands
+from paxel_runtime.optics.geometry import LATTICE_PX
+from paxel_runtime.optics.grid import bspline_weights, in_bands
 
 __all__ = ["PIXEL_BLUR_PX", "SPLINE_VARIANCE", "demosaic", "expose", "mosaic", "sample_camera", "veil"]
 
@@ -38,7 +38,7 @@ def sample_camera(
     ----------
     field : (rows, columns) float32 array
     nodes : (rows, columns, 2) float64 array
-        From `optics_geometry.camera_to_fine_grid`.
+        From `geometry.camera_to_fine_grid`.
     camera_resolution : (width, height)
     """
     width, height = camera_resolution

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates, uniform_filter
 
-from paxel_runtime import registration_fit as fit
-from paxel_runtime import registration_start as begin
 from paxel_runtime.errors import CalibrationError, InputError
+from paxel_runtime.registration import fit
+from paxel_runtime.registration import start as begin
 from paxel_runtime.structured_light import REASONS, Decoded
 
 __all__ = ["ChannelRegistration", "fit_registration", "verdict", "warp_to_nodal"]
@@ -46,7 +46,7 @@ class ChannelRegistration:
         ``degree`` of the polynomial; ``sigma_px`` of the residual field in projector pixels, None where it has none;
         ``points``, and ``outliers``, the share of them that is off by a projector pixel or more;
         ``residual_rms_px``, ``residual_p95_px``, ``residual_max_px`` of the others, in camera pixels, None without
-        any; ``ink_px2``, see `registration_fit.ink_shift`; ``coverage``, share of valid projector pixels.
+        any; ``ink_px2``, see `fit.ink_shift`; ``coverage``, share of valid projector pixels.
     """
 
     camera_xy: NDArray[np.float32]

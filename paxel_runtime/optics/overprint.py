@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Colorant
-from paxel_runtime.optics_geometry import BenchMaps
-from paxel_runtime.optics_grid import FineGrid
-from paxel_runtime.optics_print import InkLayers, ink_coverage
+from paxel_runtime.optics.geometry import BenchMaps
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.ink import InkLayers, ink_coverage
 
 __all__ = ["lay_over", "overprint_reflectance", "papers"]
 

@@ -10,7 +10,7 @@ import pytest
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import D65_XYZ, WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics import RESPONSES, ambient_spectrum, primaries, response, response_table
+from paxel_runtime.optics.spectra import RESPONSES, ambient_spectrum, primaries, response, response_table
 
 RGBW = ("red", "green", "blue", "white")
 

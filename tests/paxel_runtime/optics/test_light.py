@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from paxel_runtime import optics_grid
 from paxel_runtime.devices.bench_qualities import QUALITIES, BenchQuality
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern, colorant_library
-from paxel_runtime.optics import primaries
-from paxel_runtime.optics_geometry import make_maps
-from paxel_runtime.optics_grid import FineGrid
-from paxel_runtime.optics_light import Footprint, light_rows, make_footprint, spread_columns
+from paxel_runtime.optics import grid
+from paxel_runtime.optics.geometry import make_maps
+from paxel_runtime.optics.grid import FineGrid
+from paxel_runtime.optics.light import Footprint, light_rows, make_footprint, spread_columns
+from paxel_runtime.optics.spectra import primaries
 
 RGB = ("red", "green", "blue")
 SIZE = (160, 120)
@@ -163,7 +163,7 @@ def test_halving_the_step_changes_no_light(quality: str, monkeypatch: pytest.Mon
     terms = replace(LINEAR[quality], ragged_um=0.0, fringing=QUALITIES[quality].fringing)
     views, readings = [], []
     for subsamples in (4, 8):
-        monkeypatch.setattr(optics_grid, "_LEAST_SUBSAMPLES", subsamples)
+        monkeypatch.setattr(grid, "_LEAST_SUBSAMPLES", subsamples)
         bench = bench_of(terms)
         bench.show(codes)
         readings.append(spectra_to_XYZ(bench.measure()))

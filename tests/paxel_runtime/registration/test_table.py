@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from paxel_runtime import registration_fit as fit
-from paxel_runtime import registration_start as begin
 from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.registration import ChannelRegistration, fit_registration, verdict, warp_to_nodal
+from paxel_runtime.registration import ChannelRegistration, fit, fit_registration, verdict, warp_to_nodal
+from paxel_runtime.registration import start as begin
 from paxel_runtime.structured_light import REASONS, Decoded, SensorNoise
 
 WIDTH, HEIGHT = 170, 121

@@ -10,9 +10,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear, minimize
 
-from paxel_runtime import box_qp
 from paxel_runtime.errors import InputError
-from paxel_runtime.inversion import EXACT, OPTIMUM, Inversion, invert
+from paxel_runtime.inversion import EXACT, OPTIMUM, Inversion, box_qp, invert
 from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ, sRGB_to_Lab
 from paxel_runtime.model.delta_e import TRUE_dE00, dE00, squared_dE00_jet
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 from scipy.sparse import csr_array
 
-from paxel_runtime.registration_start import chebyshev_terms, orders, polynomial_grid
+from paxel_runtime.registration.start import chebyshev_terms, orders, polynomial_grid
 
 __all__ = [
     "BLOCK",

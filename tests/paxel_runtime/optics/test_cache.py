@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from paxel_runtime import optics_cache
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.model.pattern import Pattern
-from paxel_runtime.optics_cache import cached, fingerprint
+from paxel_runtime.optics import cache
+from paxel_runtime.optics.cache import cached, fingerprint
 
 RESULT = np.arange(3000, dtype=np.uint8).reshape(3, -1)
 
@@ -86,7 +86,7 @@ def test_a_full_disk_leaves_nothing_behind(folder: Path, monkeypatch: pytest.Mon
 
 
 def test_the_longest_unused_goes_first(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(optics_cache, "_MOST_BYTES", 10_000)  # three entries of 3132 bytes
+    monkeypatch.setattr(cache, "_MOST_BYTES", 10_000)  # three entries of 3132 bytes
     for number in range(3):
         cached("coverage", number, Counter())
         for path in folder.iterdir():
@@ -102,16 +102,16 @@ def test_the_longest_unused_goes_first(folder: Path, monkeypatch: pytest.MonkeyP
 
 def _is_computed(number: int) -> bool:
     compute = Counter()
-    limit, optics_cache._MOST_BYTES = optics_cache._MOST_BYTES, 0  # look, but keep nothing
+    limit, cache._MOST_BYTES = cache._MOST_BYTES, 0  # look, but keep nothing
     try:
         cached("coverage", number, compute)
     finally:
-        optics_cache._MOST_BYTES = limit
+        cache._MOST_BYTES = limit
     return compute.calls == 1
 
 
 def test_too_large_an_entry_is_not_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(optics_cache, "_MOST_BYTES", 4000)
+    monkeypatch.setattr(cache, "_MOST_BYTES", 4000)
     cached("coverage", 1, Counter())
     assert not folder.exists()
 
@@ -186,6 +186,6 @@ def test_a_bench_from_the_cache_answers_the_same(folder: Path, monkeypatch: pyte
     assert len(list(folder.iterdir())) == 2
     _ = VirtualBench(setup, quality).truth
     assert len(list(folder.iterdir())) == 3
-    monkeypatch.setattr(optics_cache, "_save", None)  # what is there is not computed again
+    monkeypatch.setattr(cache, "_save", None)  # what is there is not computed again
     np.testing.assert_array_equal(answer(setup), fresh)
     np.testing.assert_array_equal(answer(replace(setup, seed=2)), other)

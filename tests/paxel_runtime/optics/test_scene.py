@@ -13,16 +13,8 @@ from scipy.special import ndtr
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import D65_XYZ, WAVELENGTHS_NM, spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern, colorant_library
-from paxel_runtime.optics import (
-    ink_terms,
-    pair_factors,
-    patch_factors,
-    primaries,
-    response,
-    response_table,
-)
-from paxel_runtime.optics_camera import expose, sample_camera
-from paxel_runtime.optics_geometry import (
+from paxel_runtime.optics.camera import expose, sample_camera
+from paxel_runtime.optics.geometry import (
     LATTICE_PX,
     BenchMaps,
     camera_to_fine_grid,
@@ -31,8 +23,9 @@ from paxel_runtime.optics_geometry import (
     raster_to_wall,
     wall_to_camera,
 )
-from paxel_runtime.optics_grid import MARGIN_PX, FineGrid, bspline_weights, correlated_noise, gaussian_kernel
-from paxel_runtime.optics_light import (
+from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, bspline_weights, correlated_noise, gaussian_kernel
+from paxel_runtime.optics.ink import ink_coverage, make_layers
+from paxel_runtime.optics.light import (
     Footprint,
     drive,
     footprint_adjoint,
@@ -41,8 +34,15 @@ from paxel_runtime.optics_light import (
     make_footprint,
     spread_columns,
 )
-from paxel_runtime.optics_paper import convolve, radiance, scattered_apertures
-from paxel_runtime.optics_print import ink_coverage, make_layers
+from paxel_runtime.optics.paper import convolve, radiance, scattered_apertures
+from paxel_runtime.optics.spectra import (
+    ink_terms,
+    pair_factors,
+    patch_factors,
+    primaries,
+    response,
+    response_table,
+)
 
 RGB = ("red", "green", "blue")
 CHECKER = np.array([[0, 1], [1, 0]], np.uint8)

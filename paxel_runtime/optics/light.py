@@ -15,8 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from paxel_runtime.optics_geometry import BenchMaps
-from paxel_runtime.optics_grid import MARGIN_PX, FineGrid, in_bands
+from paxel_runtime.optics.geometry import BenchMaps
+from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, in_bands
 
 __all__ = ["Footprint", "drive", "footprint_adjoint", "fringe", "light_rows", "make_footprint", "spread_columns"]
 

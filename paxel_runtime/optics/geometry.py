@@ -19,7 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
-from paxel_runtime.optics_grid import FineGrid, bspline_weights, correlated_noise, in_bands
+from paxel_runtime.optics.grid import FineGrid, bspline_weights, correlated_noise, in_bands
 
 __all__ = [
     "LATTICE_PX",
