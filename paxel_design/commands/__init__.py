@@ -1,0 +1,1 @@
+"""The commands of `paxel`, a file a subject: parsing and messages only; heavy imports inside the functions."""

@@ -1,0 +1,68 @@
+"""What several commands take: their options, and text turned into settings, effects and pictures."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from paxel_runtime.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from paxel_runtime.installation import Installation
+
+__all__ = ["Dir", "Force", "Json", "Preset", "Set", "effect_of", "open_installation", "overrides_of", "pictures_of"]
+
+Dir = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the installation.", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")]
+Force = Annotated[bool, typer.Option("--force", help="Make it anew although nothing changed.")]
+Preset = Annotated[str, typer.Option(help="Whole installation to start from: bw-checkerboard, bw-blue-noise, cmyrgb.")]
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Any key of paxel.toml, such as pattern.dot_size_mm=0.5; repeat."),
+]
+
+
+def overrides_of(pairs: list[str] | None) -> dict[str, Any]:
+    """``["pattern.dot_size_mm=0.5"]`` as ``{"pattern.dot_size_mm": 0.5}``; a bare word is a string."""
+    overrides = {}
+    for pair in pairs or []:
+        key, equals, text = pair.partition("=")
+        if not equals:
+            raise UsageError(f"--set must be KEY=VALUE, such as pattern.dot_size_mm=0.5; got {pair!r}")
+        try:
+            overrides[key.strip()] = tomllib.loads(f"v = {text}")["v"]
+        except tomllib.TOMLDecodeError:
+            overrides[key.strip()] = text.strip()  # a bare word is a string
+    return overrides
+
+
+def effect_of(text: str, lab: tuple[float, float, float] | None) -> Any:
+    """The effect that ``--effect`` and ``--lab`` name."""
+    from paxel_runtime.model.effects import parse_effect
+
+    if lab is not None:
+        if text != "neutralize":
+            raise UsageError(f"--lab belongs to --effect neutralize, got --effect {text}")
+        text = f"neutralize:{','.join(f'{v:g}' for v in lab)}"
+    return parse_effect(text)
+
+
+def pictures_of(effect: Any, given: dict[str, Path | None]) -> dict[str, Path]:
+    """The pictures given, if they are the ones that the effect needs."""
+    pictures = {name: path for name, path in given.items() if path is not None}
+    flags = {name: f"--{name.replace('_', '-')}" for name in given}
+    if set(pictures) != set(effect.pictures):
+        wanted = " and ".join(flags[name] for name in effect.pictures)
+        found = ", ".join(flags[name] for name in pictures) or "none"
+        raise InputError(f"--effect {effect.key} needs {wanted}; got {found}")
+    return pictures
+
+
+def open_installation(dir: Path) -> Installation:
+    """The installation in a folder."""
+    from paxel_runtime.installation import Installation
+
+    return Installation.open(dir)
