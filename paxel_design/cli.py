@@ -7,7 +7,7 @@ from typing import Any
 import typer
 import typer.core
 
-from paxel_design.commands import calibrate, capture, gamut, pattern, pictures, start
+from paxel_design.commands import calibrate, capture, decode, gamut, pattern, pictures, register, start
 from paxel_design.console import messages, say
 from paxel_runtime.errors import PaxelError
 
@@ -57,6 +57,8 @@ for command in (
     gamut.gamut,
     pictures.project,
     pictures.preview,
+    decode.decode,
+    register.register,
     start.status,
     start.demo,
 ):

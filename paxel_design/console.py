@@ -46,10 +46,39 @@ def print_table(title: str, figures: dict[str, Any]) -> None:
         Console(highlight=False).print(table)
 
 
-_NOT_SHOWN = {"writer", "inputs", "settings", "polygon", "schema", "version", "cells", "seed", "text"}
+_NOT_SHOWN = {
+    "writer",
+    "inputs",
+    "settings",
+    "polygon",
+    "polygon_any",
+    "polygon_all",
+    "schema",
+    "version",
+    "cells",
+    "seed",
+    "text",
+}
 """Provenance and long lists: in the file, not in the table."""
 
-_DETAILS = {"degree", "sigma_px", "points", "outliers", "residual_p95_px", "residual_max_px", "ink_px2", "linear"}
+_DETAILS = {
+    "degree",
+    "sigma_px",
+    "points",
+    "outliers",
+    "residual_p95_px",
+    "residual_max_px",
+    "ink_px2",
+    "markers",
+    "linear",
+    "purity",
+    "centres_Lab",
+    "centre_distances",
+    "matrix",
+    "design",
+    "by_input",
+    "extra_readings",
+}
 """Figures for whoever looks into the file, at any depth."""
 
 

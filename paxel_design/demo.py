@@ -27,9 +27,10 @@ from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
 from paxel_runtime.model.effects import DualImage, Effect, Neutralize
 from paxel_runtime.pictures import load_picture
+from paxel_runtime.printed import load_pattern
 from paxel_runtime.projection import picture_surfaces
 from paxel_runtime.settings import DEMO_OVERRIDES, make_settings
-from paxel_runtime.stages import calibrate, load_pattern, open_devices
+from paxel_runtime.stages import calibrate, open_devices
 from paxel_runtime.storage import load_model, read_image, read_json, read_npz, write_atomically, write_image
 
 __all__ = ["run_demo"]

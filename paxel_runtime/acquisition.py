@@ -9,9 +9,7 @@ Memory bound: one picture and one frame at a time, plus what decoding needs.
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,31 +19,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.calibration import sort_pixels
+from paxel_runtime.calibration.nodal import Normalise
+from paxel_runtime.clustering import cluster_figures
 from paxel_runtime.devices.base import Devices
-from paxel_runtime.errors import InstallationError
 from paxel_runtime.exposures import (
+    EXTRA_COUNT,
     Exposure,
+    Surface,
     cluster_counts,
     exposure_from_dict,
     exposure_to_dict,
     frame_codes,
+    guide_channel,
     plan_geometry,
     plan_readings,
 )
+from paxel_runtime.honesty import plan_honesty
 from paxel_runtime.installation import Installation
-from paxel_runtime.model.colorimetry import D65_XYZ, WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.model.pattern import colorant_library
+from paxel_runtime.measurements import append_measurement, read_measurements
+from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_linear_sRGB, linear_sRGB_to_XYZ, spectra_to_XYZ
+from paxel_runtime.model.pattern import Colorant
+from paxel_runtime.printed import printed_fiducials, printed_pattern
+from paxel_runtime.registration import registration_report
+from paxel_runtime.settings import Settings
 from paxel_runtime.storage import (
     read_image,
     read_json,
     read_npz,
     read_tiff,
-    write_atomically,
     write_image,
     write_json,
     write_npz,
     write_tiff,
 )
+from paxel_runtime.tethering import FolderDevices, FolderSession, frame_file, load_folder_readings
 
 __all__ = ["CaptureFolder", "capture", "load_captures", "plan_exposures"]
 
@@ -82,20 +89,36 @@ def plan_exposures(installation: Installation) -> list[Exposure]:
     """Every exposure of an installation, in the order of capture: geometry first."""
     settings = installation.settings
     counts = cluster_counts(settings.clusters.count, len(settings.pattern.colorants))
-    return plan_geometry(settings.projector.channels, settings.projector.resolution) + plan_readings(
-        settings.projector.channels,
+    surfaces: tuple[Surface, ...] = ("pattern", "white")
+    if settings.model.second_surface == "gray":
+        surfaces += ("paper",)
+    channels, bits = settings.projector.channels, settings.projector.bits
+    readings = plan_readings(
+        channels,
         counts,
-        bits=settings.projector.bits,
+        bits=bits,
         seed=settings.bench.seed,
-        surfaces=("pattern", "white"),
+        surfaces=surfaces,
+        extra=EXTRA_COUNT if settings.model.correction == "auto" else 0,
+        ramps=settings.model.ramps,
     )
+    width, height = settings.projector.resolution
+    shorter_mm = settings.projector.width_mm * min(1.0, height / width)
+    honesty = plan_honesty(channels, "white", bits=bits, spot_share=settings.meter.aperture_mm / shorter_mm)
+    place = next(i for i, e in enumerate(readings) if e.surface == "white")
+    geometry = plan_geometry(channels, (width, height), surfaces, settings.light.method)
+    return [*geometry, *readings[:place], *honesty, *readings[place:]]
 
 
-def capture(installation: Installation, devices: Devices, progress: Progress, *, force: bool = False) -> dict[str, Any]:
+def capture(
+    installation: Installation, devices: Devices | FolderDevices, progress: Progress, *, force: bool = False
+) -> dict[str, Any]:
     """Show, capture and save every exposure that is not there yet.
 
     Parameters
     ----------
+    devices : Devices or FolderDevices
+        What shows and looks; a session is not continued with the other kind, but started anew.
     progress : callable
         Told what is done, and how much of how much.
     force : bool
@@ -109,15 +132,22 @@ def capture(installation: Installation, devices: Devices, progress: Progress, *,
     folder = installation.folder("captures")
     inputs = installation.inputs("captures")
     plan = plan_exposures(installation)
+    by_folder = isinstance(devices, FolderDevices)
     record = folder / "exposures.json"
-    if folder.is_dir() and (force or not record.is_file() or read_json(record).get("inputs") != inputs):
+    described = {"inputs": inputs, "device": "folder" if by_folder else "virtual"}
+    if folder.is_dir() and (force or not record.is_file() or not _is_same(read_json(record), described)):
         folder.rename(_free_name(folder))
     folder.mkdir(exist_ok=True)
-    write_json(record, {"inputs": inputs, "exposures": [exposure_to_dict(e) for e in plan]})
+    frames = {"frames": [f"{frame_file(n, e)}.png" for n, e in enumerate(plan, 1)]} if by_folder else {}
+    write_json(record, {**described, "exposures": [exposure_to_dict(e) for e in plan], **frames})
 
-    geometry = [e for e in plan if e.device == "camera" and not e.clusters]
-    readings = [e for e in plan if e.device == "meter" or e.clusters]
-    session = _Session(installation, devices, folder, progress, len(plan))
+    geometry = [e for e in plan if e.device == "camera" and not e.clusters and not e.mask]
+    readings = [e for e in plan if e.device == "meter" or e.clusters or e.mask]
+    session: FolderSession | _Session
+    if isinstance(devices, FolderDevices):
+        session = FolderSession(installation, devices, folder, progress, plan)
+    else:
+        session = _Session(installation, devices, folder, progress, len(plan))
     session.take(geometry, labels={})
     sorting = _sort(installation, folder, lambda message: progress(message, session.done, len(plan)))
     session.take(readings, labels={int(K): read_image(folder / f"clusters-K{K}.png") for K in sorting["clusters"]})
@@ -126,9 +156,12 @@ def capture(installation: Installation, devices: Devices, progress: Progress, *,
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "pictures": sum(e.device == "camera" for e in plan),
         "readings": sum(e.device == "meter" for e in plan),
-        "bench": f"virtual bench, {installation.settings.bench.quality}",
+        "bench": "own devices" if by_folder else f"virtual bench, {installation.settings.bench.quality}",
         "registration": sorting["registration"],
+        "registration_report": sorting.get("registration_report", {}),
         "clusters": sorting["clusters"],
+        "design": sorting["design"],
+        "cross_check": sorting["cross_check"],
     }
     write_json(folder / "complete.json", facts)
     return facts
@@ -144,12 +177,14 @@ def load_captures(installation: Installation) -> CaptureFolder:
     """
     folder = installation.folder("captures")
     facts = read_json(folder / "complete.json")
-    plan = [exposure_from_dict(e) for e in read_json(folder / "exposures.json")["exposures"]]
+    record = read_json(folder / "exposures.json")
+    plan = [exposure_from_dict(e) for e in record["exposures"]]
+    by_folder, table = record.get("device") == "folder", folder / "measurements.csv"
     tables = read_npz(folder / "registration.npz")
     prefix = "camera_xy_"
     return CaptureFolder(
         plan=plan,
-        readings=_read_measurements(folder / "measurements.csv"),
+        readings=load_folder_readings(table, plan) if by_folder else read_measurements(table),
         camera_xy={name.removeprefix(prefix): a for name, a in tables.items() if name.startswith(prefix)},
         valid=tables["valid"],
         nodal=tables["nodal"],
@@ -172,7 +207,7 @@ class _Session:
         self.done = 0
         self.surface = ""
         self.measurements = folder / "measurements.csv"
-        self.measured = set(_read_measurements(self.measurements))
+        self.measured = set(read_measurements(self.measurements))
 
     def take(self, exposures: Iterable[Exposure], labels: dict[int, NDArray[np.uint8]]) -> None:
         """Take every exposure that is not saved yet."""
@@ -198,7 +233,7 @@ class _Session:
 
     def _save(self, exposure: Exposure) -> None:
         if exposure.device == "meter":
-            _append_measurement(self.measurements, exposure, self.devices.meter.measure())
+            append_measurement(self.measurements, exposure.name, exposure.surface, self.devices.meter.measure())
             self.measured.add(exposure.name)
         else:
             picture = self.devices.camera.capture(exposure.channel or None)
@@ -214,17 +249,26 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
     if record.is_file():
         return read_json(record)
     settings = installation.settings
-    colorants = colorant_library()
-    white_Y = spectra_to_XYZ(colorants["white"].reflectance)[1]
+    projector, pattern = settings.projector, printed_pattern(installation)
     sorting = sort_pixels(
         lambda name: read_tiff(folder / f"{name}.tif"),
-        settings.projector.channels,
-        settings.projector.resolution,
-        {name: spectra_to_XYZ(colorants[name].reflectance) / white_Y * D65_XYZ for name in settings.pattern.colorants},
+        projector.channels,
+        projector.resolution,
+        _expected_colors(settings, pattern.library),
         cluster_counts(settings.clusters.count, len(settings.pattern.colorants)),
-        settings.pattern.dot_size_mm * settings.projector.resolution[0] / settings.projector.width_mm,
+        pattern.dot_size_mm * float(np.mean(pattern.print_scale)) * projector.resolution[0] / projector.width_mm,
         progress,
+        normalise=_normalisation(settings),
+        space=settings.clusters.space,
+        pattern=pattern if settings.clusters.method == "design" else None,
+        method=settings.light.method,
+        table=settings.registration.table,
+        corners_px=settings.clusters.corners_px,
+        fiducials=printed_fiducials(installation),
     )
+    report, pictures = registration_report(sorting.registration, sorting.verdicts, guide_channel(projector.channels))
+    for name, picture in pictures.items():
+        write_image(folder / f"{name}.png", picture)
     write_npz(
         folder / "registration.npz",
         valid=sorting.valid,
@@ -238,56 +282,43 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
             name: {"verdict": ": ".join(sorting.verdicts[name]), **table.figures}
             for name, table in sorting.registration.items()
         },
-        "clusters": {
-            str(K): {"names": list(c.names), "shares": [float(s) for s in c.shares]}
-            for K, c in sorting.clusters.items()
+        "registration_report": report,
+        "clusters": {str(K): cluster_figures(c, settings.pattern.colorants) for K, c in sorting.clusters.items()},
+        "design": sorting.design,
+        "cross_check": {
+            str(K): {"agreement": a.share, "matrix": a.matrix.tolist(), "both": a.both}
+            for K, a in sorting.cross_check.items()
         },
     }
     write_json(record, figures)
     return figures
 
 
-def _append_measurement(path: Path, exposure: Exposure, spectrum: NDArray[np.float64]) -> None:
-    """Add one reading; a line that a kill cuts short is dropped when the file is read again."""
-    if not path.exists():
-        header = ["exposure", "surface", *(f"{w:g}" for w in WAVELENGTHS_NM)]
-        write_atomically(path, lambda p: p.write_text(",".join(header) + "\n", encoding="utf-8"))
-    line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(
-        [exposure.name, exposure.surface, *(f"{value:.9g}" for value in spectrum)]
-    )
-    with path.open("a", encoding="utf-8") as file:
-        file.write(line.getvalue())
+def _expected_colors(settings: Settings, library: Mapping[str, Colorant]) -> dict[str, NDArray[np.float64]]:
+    """XYZ of each colorant as `_normalisation` leaves it: a reflectance, or each plane's light over its brightest."""
+    inks = {name: library[name] for name in settings.pattern.colorants}
+    if _normalisation(settings) != "field":
+        white_Y = spectra_to_XYZ(library["white"].reflectance)[1]
+        return {name: spectra_to_XYZ(ink.reflectance) / white_Y * D65_XYZ for name, ink in inks.items()}
+    emitted = [
+        np.zeros_like(ink.reflectance) if ink.fluorescence is None else ink.fluorescence.emission
+        for ink in inks.values()
+    ]
+    planes = np.maximum(XYZ_to_linear_sRGB(spectra_to_XYZ(np.array(emitted))), 0.0)
+    planes /= np.maximum(planes.max(axis=0), 1e-12)
+    return dict(zip(inks, linear_sRGB_to_XYZ(planes).astype(np.float64), strict=True))
 
 
-def _read_measurements(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Readings by exposure name; an unfinished last line is cut off the file.
+def _normalisation(settings: Settings) -> Normalise:
+    """What nodal images are divided by: white paper, unless it does not shine under the projector's light."""
+    if set(settings.projector.channels) == {"uv"}:
+        return "field"
+    return "paper" if settings.model.second_surface == "gray" else "white"
 
-    Raises
-    ------
-    InstallationError
-        If a finished line does not hold one number a wavelength.
-    """
-    if not path.is_file():
-        return {}
-    text = path.read_text(encoding="utf-8")
-    if not text.endswith("\n"):
-        text = text[: text.rfind("\n") + 1]
-        write_atomically(path, lambda p: p.write_text(text, encoding="utf-8"))
-    readings = {}
-    for number, row in enumerate(csv.reader(text.splitlines()), 1):
-        if number == 1:
-            continue
-        try:
-            name, _, *values = row
-            readings[name] = np.array(values, dtype=np.float64)
-        except ValueError as error:
-            raise InstallationError(f"{path}, line {number}: not a reading ({error})") from None
-        if readings[name].shape != WAVELENGTHS_NM.shape:
-            raise InstallationError(
-                f"{path}, line {number}: a reading needs {len(WAVELENGTHS_NM)} numbers, got {len(values)}"
-            )
-    return readings
+
+def _is_same(before: dict[str, Any], now: dict[str, Any]) -> bool:
+    """Whether a session was started from the same inputs with the same kind of devices."""
+    return before.get("inputs") == now["inputs"] and before.get("device", "virtual") == now["device"]
 
 
 def _free_name(folder: Path) -> Path:

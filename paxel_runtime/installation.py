@@ -36,7 +36,7 @@ class Stage:
     record : str
         Glob of its records inside the folder.
     settings : tuple of str
-        Tables of paxel.toml it depends on.
+        Tables of paxel.toml it depends on, or single keys of one.
     upstream : tuple of str
         Files of earlier stages it depends on, from the installation's folder; ``{stem}`` is the record's own name.
     """
@@ -49,15 +49,40 @@ class Stage:
 
 
 STAGES: tuple[Stage, ...] = (
-    Stage("print", "pattern", "pattern.json", ("pattern", "printer"), ()),
+    Stage(
+        "print",
+        "pattern",
+        "pattern.json",
+        ("pattern", "colorants", "printer.dpi", "printer.ink_spread_um", "printer.page"),
+        (),
+    ),
     Stage(
         "captures",
         "capture",
         "exposures.json",
-        ("projector", "camera", "clusters", "meter", "devices", "bench"),
+        (
+            "printer.measured_ruler_mm",
+            "projector",
+            "light",
+            "registration",
+            "camera",
+            "clusters",
+            "model.second_surface",
+            "model.ramps",
+            "meter",
+            "devices",
+            "bench",
+            "colorants",
+        ),
         ("print/pattern.json",),
     ),
-    Stage("calibration", "calibrate", "calibration.json", (), ("captures/exposures.json", "captures/complete.json")),
+    Stage(
+        "calibration",
+        "calibrate",
+        "calibration.json",
+        ("model.kind", "model.response", "model.observer_deg", "model.correction", "model.camera_to_XYZ"),
+        ("captures/exposures.json", "captures/complete.json"),
+    ),
     Stage("gamut", "gamut", "*.json", (), ("calibration/model.json",)),
     Stage(
         "projection",
@@ -155,7 +180,7 @@ class Installation:
         Raises
         ------
         InstallationError
-            If a file of an earlier stage is missing.
+            If a file of an earlier stage is missing, or one that paxel.toml names.
         """
         stage = _stage(stage_name)
         files = {}
@@ -165,6 +190,10 @@ class Installation:
             if not path.is_file():
                 raise InstallationError(f"{path} is missing; see what to run with: paxel status {self.path}")
             files[name] = file_sha256(path)
+        for key, name in self.settings.files(*stage.settings).items():
+            if not (self.path / name).is_file():
+                raise InstallationError(f"paxel.toml: {key}: there is no file {self.path / name}; put it there")
+            files[name] = file_sha256(self.path / name)
         for name, path in (extra_files or {}).items():
             files[name] = file_sha256(path)
         return {"settings": self.settings.values(*stage.settings) if stage.settings else {}, "files": files}

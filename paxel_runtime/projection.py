@@ -6,7 +6,7 @@ A list of named steps over the parts that do them; no files, no devices.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from paxel_runtime.assembly import assemble
 from paxel_runtime.errors import InputError
 from paxel_runtime.gamut_mapping import map_to_subgamut
 from paxel_runtime.inversion import Inversion, invert
-from paxel_runtime.model.effects import Effect, Neutralize
+from paxel_runtime.model.effects import Effect, Neutralize, require_projectable
 from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.model.subgamut import SubGamut
 
@@ -125,6 +125,7 @@ def _check(
     labels: NDArray[np.uint8],
     shown_on: str,
 ) -> None:
+    require_projectable(effect)
     missing = [name for name in effect.pictures if name not in pictures]
     if missing:
         raise InputError(f"effect {effect.key} needs the pictures {', '.join(effect.pictures)}; missing: {missing}")
@@ -149,7 +150,7 @@ def _invert(
     if len(targets) == 2:
         return invert(targets["pattern"], targets["white"], model, progress=progress)
     ((surface, Lab),) = targets.items()
-    return invert(Lab, None, replace(model, pattern=model.surfaces[surface], white=None), progress=progress)
+    return invert(Lab, None, model.alone(surface), progress=progress)
 
 
 def _inversion_figures(inversion: Inversion) -> dict[str, Any]:

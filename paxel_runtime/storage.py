@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from paxel_runtime.errors import InputError, InstallationError
+from paxel_runtime.model.correction import Correction, Term
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
 from paxel_runtime.version import WRITER
@@ -157,8 +158,8 @@ def file_sha256(path: Path) -> str:
 
 
 def model_to_dict(model: PredictionModel) -> dict[str, Any]:
-    """A prediction model as the documented ``model.json`` (design: section 4)."""
-    return {
+    """A prediction model as the documented ``model.json`` (design: section 4); A and black of one place."""
+    data = {
         "schema": "paxel-model",
         "version": 1,
         "channels": list(model.channels),
@@ -170,6 +171,9 @@ def model_to_dict(model: PredictionModel) -> dict[str, Any]:
             for name, code, linear in zip(model.channels, model.response.code, model.response.linear, strict=True)
         },
     }
+    if model.correction is not None:
+        data["correction"] = _correction_to_dict(model.correction, list(model.surfaces))
+    return data
 
 
 def model_from_dict(data: Mapping[str, Any], source: str = "model.json") -> PredictionModel:
@@ -201,7 +205,13 @@ def model_from_dict(data: Mapping[str, Any], source: str = "model.json") -> Pred
     if not np.all(white_point > 0):
         raise InputError(f"{source}: white_point_XYZ must be > 0, got {white_point.tolist()}")
     return PredictionModel(
-        channels, clusters, models["pattern"], models.get("white"), white_point, _response(data, channels, source)
+        channels,
+        clusters,
+        models["pattern"],
+        models.get("white"),
+        white_point,
+        _response(data, channels, source),
+        _correction(data["correction"], n, list(models), f"{source}: correction") if "correction" in data else None,
     )
 
 
@@ -259,3 +269,42 @@ def _response(data: Mapping[str, Any], channels: tuple[str, ...], source: str) -
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"{source}: response.{name}: {error}") from None
     return ProjectorResponse(tuple(codes), tuple(linears))
+
+
+def _correction_to_dict(correction: Correction, surfaces: list[str]) -> dict[str, Any]:
+    """``terms`` as [kind, input a, input b] (`model.correction.TERM_KINDS`); XYZ of each in 3 rows a surface."""
+    return {
+        "terms": [list(term) for term in correction.terms],
+        "centres": correction.centres.tolist(),
+        "surfaces": {
+            name: {"coefficients": C.tolist(), "weights": W.tolist()}
+            for name, C, W in zip(surfaces, correction.coefficients, correction.weights, strict=True)
+        },
+    }
+
+
+def _correction(data: Any, n: int, surfaces: list[str], source: str) -> Correction:
+    try:
+        terms = tuple(Term(str(kind), int(a), int(b)) for kind, a, b in data["terms"])
+        centres, given = data.get("centres", []), data["surfaces"]
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise InputError(f'{source} must hold "terms" ([kind, input, input] each) and "surfaces"') from None
+    if not isinstance(given, dict) or set(given) != set(surfaces):
+        raise InputError(f"{source}: surfaces must be those of the model, {' and '.join(surfaces)}")
+    q = len(centres) if isinstance(centres, list) else 0
+    return Correction(
+        n=n,
+        terms=terms,
+        coefficients=np.stack(
+            [_rows(given[name], "coefficients", len(terms), f"{source}.{name}") for name in surfaces]
+        ),
+        centres=_numbers(data, "centres", (q, n), source) if q else np.empty((0, n)),
+        weights=np.stack([_rows(given[name], "weights", q, f"{source}.{name}") for name in surfaces]),
+    )
+
+
+def _rows(data: Any, key: str, columns: int, source: str) -> NDArray[np.float64]:
+    """3 rows of numbers; absent is allowed where there is no column."""
+    if not columns:
+        return np.empty((3, 0))
+    return _numbers(data, key, (3, columns), source)

@@ -9,6 +9,8 @@ low_power             mean below 0.1 cycle/cell; white noise has 1
 across, along         share of horizontal and vertical neighbours that differ
 checkerboard          share of cells that differ from all four neighbours
 
+and of the swap method with several classes, the lowest and highest `low_power` of all single classes and all unions.
+
 Run from a checkout::
 
     python reports/blue_noise_methods.py
@@ -18,6 +20,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from time import perf_counter
 
@@ -40,6 +43,7 @@ LOW = 0.1  # cycle/cell
 SHOWN = 96
 ZOOM = 2
 COLUMNS = 4
+MULTI_CLASS = ((1 / 6,) * 6, (0.5, 0.3, 0.2), (0.4, 0.3, 0.2, 0.1), (0.6, 0.1, 0.1, 0.1, 0.1))
 
 
 @njit(cache=True)
@@ -123,6 +127,21 @@ def figures_of(fields: list[NDArray[np.uint8]], torus: bool) -> dict[str, float]
     }
 
 
+def multi_class_figures() -> dict[str, dict[str, float]]:
+    """Lowest and highest low power of every class and union of the swap method, two tori each."""
+    figures = {}
+    for shares in MULTI_CLASS:
+        fields = [swap_classes(shares, (BLOCK, BLOCK), 2.0, seed) for seed in range(2)]
+        unions = [u for size in range(1, len(shares)) for u in combinations(range(len(shares)), size)]
+        low = [
+            figures_of([np.isin(cells, u).astype(np.uint8) for cells in fields], torus=True)["low_power"]
+            for u in unions
+        ]
+        name = ", ".join(f"{share:.3g}" for share in shares)
+        figures[name] = {"unions": len(unions), "lowest": round(min(low), 5), "highest": round(max(low), 5)}
+    return figures
+
+
 def picture_of(name: str, fields: list[NDArray[np.uint8]], torus: bool) -> Image.Image:
     """A corner of the field, and its spectrum below: frequency 0 in the middle, white noise is mid gray."""
     side = SHOWN * ZOOM
@@ -154,8 +173,11 @@ def main() -> None:
         sheet.paste(picture, ((i % COLUMNS) * width, (i // COLUMNS) * height))
     OUTPUT.parent.mkdir(exist_ok=True)
     sheet.save(OUTPUT.with_suffix(".png"), optimize=True)
+    multi_class = multi_class_figures()
+    for name, found in multi_class.items():
+        print(f"swap 2, classes {name}:", *(f"{key} {value:.4g}" for key, value in found.items()))
     document = {"schema": "paxel-report", "version": 1, "writer": f"paxel {__version__}", "share": 0.5}
-    text = json.dumps(document | {"methods": figures}, indent=2) + "\n"
+    text = json.dumps(document | {"methods": figures, "multi_class": multi_class}, indent=2) + "\n"
     OUTPUT.with_suffix(".json").write_text(text, encoding="utf-8")
 
 

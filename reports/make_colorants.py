@@ -3,15 +3,10 @@
 The colorants are inks of FOGRA39L by name; the overprints are all its 16 Neugebauer primaries by their recipe; the
 papers are the bare stock of FOGRA29L (uncoated).
 
-FOGRA39L gives the colours of the printed solids (XYZ under D50, 2 degrees), not their spectra. Of all
-reflectances between 0 and 1 with that very colour, this takes the smoothest in the hyperbolic-tangent form,
+FOGRA39L gives the colours of the printed solids (XYZ under D50, 2 degrees), not their spectra: of all reflectances
+between 0 and 1 with that very colour, this takes the smoothest (`paxel_runtime.model.recovery`).
 
-    minimise  sum (z[i+1] - z[i])^2   subject to   T^T r = XYZ,   r = (tanh z + 1) / 2,
-
-which stays inside 0..1 by construction (S. A. Burns, "Numerical methods for smoothest reflectance
-reconstruction", Color Research and Application 45, 2020: method LHTSS).
-
-Run from a checkout, with colour-science and the measurement file at hand::
+Run from a checkout, with the measurement file at hand::
 
     PAXEL_DATA=<folder with print/FOGRA39L.ti3, print/FOGRA29L.ti3> python reports/make_colorants.py
 """
@@ -21,11 +16,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import colour
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, XYZ_to_Lab, spectra_to_XYZ
+from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, XYZ_to_Lab, illuminant_D50, spectra_to_XYZ
+from paxel_runtime.model.recovery import XYZ_to_reflectance
 
 CMYK_OF_COLORANT = {
     "white": (0, 0, 0, 0),
@@ -58,46 +53,12 @@ def read_primaries_XYZ(path: Path) -> dict[tuple[int, ...], NDArray[np.float64]]
     return {tuple(int(v) for v in row[:4]): row[4:] / 100.0 for row in solids}
 
 
-def smoothest_reflectance(
-    XYZ: NDArray[np.float64], XYZ_of_band: NDArray[np.float64], tolerance: float = 1e-10
-) -> NDArray[np.float64]:
-    """The (81,) reflectance in 0..1 with colour `XYZ` and least squared slope of z = artanh(2 r - 1).
-
-    Parameters
-    ----------
-    XYZ : (3,) array
-        Wanted colour, Y = 1 for the perfect diffuser.
-    XYZ_of_band : (81, 3) array
-        Colour of each band of the illuminant: ``reflectance @ XYZ_of_band`` is XYZ.
-    tolerance : float
-        Newton's method on the stationary point of the Lagrangian ends when no residual exceeds it.
-    """
-    bands = len(XYZ_of_band)
-    difference = np.diff(np.eye(bands), axis=0)
-    hessian = 2.0 * difference.T @ difference
-    z, multipliers = np.zeros(bands), np.zeros(3)
-    for _ in range(100):
-        r, slope = (np.tanh(z) + 1.0) / 2.0, 0.5 / np.cosh(z) ** 2
-        pull = XYZ_of_band @ multipliers
-        residual = np.concatenate((hessian @ z + slope * pull, r @ XYZ_of_band - XYZ))
-        if np.abs(residual).max() < tolerance:
-            return r
-        jacobian = np.zeros((bands + 3, bands + 3))
-        jacobian[:bands, :bands] = hessian - np.diag(2.0 * slope * np.tanh(z) * pull)
-        jacobian[:bands, bands:] = slope[:, None] * XYZ_of_band
-        jacobian[bands:, :bands] = jacobian[:bands, bands:].T
-        step = np.linalg.solve(jacobian, -residual)
-        step *= min(1.0, 2.0 / np.abs(step[:bands]).max())  # tanh saturates: a longer step in z may not come back
-        z, multipliers = z + step[:bands], multipliers + step[bands:]
-    raise RuntimeError(f"the smoothest reflectance of XYZ {XYZ} was not found in 100 Newton steps")
-
-
 def main() -> None:
     """Write the tables and state how well they give back the measured colours."""
     coated, uncoated = (
         read_primaries_XYZ(Path(os.environ["PAXEL_DATA"]) / "print" / name) for name in ("FOGRA39L.ti3", "FOGRA29L.ti3")
     )
-    D50 = colour.SDS_ILLUMINANTS["D50"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    D50 = illuminant_D50()
     D50_XYZ = spectra_to_XYZ(D50)
     XYZ_of_band = spectra_to_XYZ(np.diag(D50)) / D50_XYZ[1]
     overprints = {"".join(ink for ink, share in zip("CMYK", cmyk, strict=True) if share) or "paper": cmyk
@@ -109,7 +70,7 @@ def main() -> None:
     ):
         lines = [",".join(("name", "cmyk_c", "cmyk_m", "cmyk_y", "cmyk_k", *(f"{nm:.0f}" for nm in WAVELENGTHS_NM)))]
         for name, cmyk in recipes.items():
-            reflectance = np.round(smoothest_reflectance(primaries[cmyk], XYZ_of_band), 5)
+            reflectance = np.round(XYZ_to_reflectance(primaries[cmyk]), 5)
             Lab = XYZ_to_Lab(np.stack((primaries[cmyk], reflectance @ XYZ_of_band)), D50_XYZ / D50_XYZ[1])
             dE76 = float(np.linalg.norm(Lab[0] - Lab[1]))
             L, a, b = Lab[1]

@@ -62,8 +62,10 @@ def test_the_bench_shares_only_colorimetry_and_the_pattern_with_the_estimators()
         "paxel_runtime.devices",
         "paxel_runtime.errors",
         "paxel_runtime.model.colorimetry",
+        "paxel_runtime.model.fluorescence",  # what a colorant of the pattern is
         "paxel_runtime.model.pattern",
         "paxel_runtime.optics",
+        "paxel_runtime.spectral_files",  # reads tables of numbers
     )
     assert len(bench) >= 4
     for path in bench:

@@ -13,12 +13,35 @@ from paxel_runtime.errors import InputError, UsageError
 if TYPE_CHECKING:
     from paxel_runtime.installation import Installation
 
-__all__ = ["Dir", "Force", "Json", "Preset", "Set", "effect_of", "open_installation", "overrides_of", "pictures_of"]
+__all__ = [
+    "EFFECT_OPTIONS",
+    "Dir",
+    "Force",
+    "Json",
+    "Preset",
+    "Set",
+    "effect_of",
+    "open_installation",
+    "overrides_of",
+    "pictures_of",
+]
+
+EFFECT_OPTIONS = {
+    "angle": "angle_deg",
+    "lab": "Lab",
+    "lightness": "lightness",
+    "lightness_band": "lightness_band",
+    "scale": "scale",
+    "tolerance": "tolerance",
+}
+"""Options of the command line that set a field of an effect."""
 
 Dir = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the installation.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")]
 Force = Annotated[bool, typer.Option("--force", help="Make it anew although nothing changed.")]
-Preset = Annotated[str, typer.Option(help="Whole installation to start from: bw-checkerboard, bw-blue-noise, cmyrgb.")]
+Preset = Annotated[
+    str, typer.Option(help="Whole installation to start from: bw-checkerboard, bw-blue-noise, cmyrgb, rgb, uv-rgb.")
+]
 Set = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any key of paxel.toml, such as pattern.dot_size_mm=0.5; repeat."),
@@ -39,15 +62,37 @@ def overrides_of(pairs: list[str] | None) -> dict[str, Any]:
     return overrides
 
 
-def effect_of(text: str, lab: tuple[float, float, float] | None) -> Any:
-    """The effect that ``--effect`` and ``--lab`` name."""
-    from paxel_runtime.model.effects import parse_effect
+def effect_of(text: str, lab: tuple[float, float, float] | None, **given: float | str | None) -> Any:
+    """The effect that ``--effect`` names, with what ``--lab`` and other options say.
 
-    if lab is not None:
-        if text != "neutralize":
-            raise UsageError(f"--lab belongs to --effect neutralize, got --effect {text}")
-        text = f"neutralize:{','.join(f'{v:g}' for v in lab)}"
-    return parse_effect(text)
+    Parameters
+    ----------
+    text : str
+        Such as ``hue-shift`` or ``hue-shift:45``.
+    lab : (L, a, b) or None
+        Of ``--lab``.
+    **given
+        Further options of `EFFECT_OPTIONS` by name, None where not given.
+
+    Raises
+    ------
+    UsageError
+        If an option belongs to another effect.
+    """
+    from dataclasses import replace
+
+    from paxel_runtime.model.effects import EFFECTS, parse_effect
+
+    effect = parse_effect(text)
+    for option, value in {"lab": lab, **given}.items():
+        if value is None:
+            continue
+        field, flag = EFFECT_OPTIONS[option], f"--{option.replace('_', '-')}"
+        if not hasattr(effect, field):
+            owners = ", ".join(key for key, row in EFFECTS.items() if field in getattr(row, "__dataclass_fields__", ()))
+            raise UsageError(f"{flag} belongs to --effect {owners}, got --effect {text}")
+        effect = replace(effect, **{field: value})  # type: ignore[type-var]  # every row of the table is a dataclass
+    return effect
 
 
 def pictures_of(effect: Any, given: dict[str, Path | None]) -> dict[str, Path]:

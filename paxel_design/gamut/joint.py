@@ -33,7 +33,8 @@ class JointGamut:
     Raises
     ------
     InputError
-        If A is not one matrix for the whole surface, or holds a number that is not finite.
+        If A is not one matrix for the whole surface, holds a number that is not finite, has an input that lights
+        nothing, or the white surface is much darker than the pattern.
     """
 
     model: PredictionModel
@@ -47,6 +48,27 @@ class JointGamut:
                 )
             if not (np.all(np.isfinite(surface.A)) and np.all(np.isfinite(surface.black))):
                 raise InputError(f"model: surfaces.{name} must hold finite numbers")
+        self._check_light()
+
+    def _check_light(self) -> None:
+        model = self.model
+        dark = np.flatnonzero(np.all([np.all(s.A == 0, axis=0) for s in model.surfaces.values()], axis=0))
+        if len(dark):
+            cluster, channel = divmod(int(dark[0]), len(model.channels))
+            raise InputError(
+                f"model: A must have no column of zeros, got one at input {dark[0]} (channel "
+                f"{model.channels[channel]} on cluster {model.clusters[cluster]}): it lights nothing; leave the "
+                "cluster or the channel out, or measure it again"
+            )
+        if model.white is None:
+            return
+        on_pattern, on_white = (float(s.black[1] + s.A[1].sum()) for s in (model.pattern, model.white))
+        # A gray sheet may be darker than a light pattern, but not half as dark, and no pattern is as light as paper.
+        if on_white < on_pattern * (1 - 1e-6) and (on_pattern > 0.9 or on_white < 0.5 * on_pattern):
+            raise InputError(
+                f"model: the white surface must not be darker than the pattern, got Y = {on_white:.3g} and "
+                f"{on_pattern:.3g} with every input at full; are the two surfaces swapped?"
+            )
 
     @cached_property
     def _rows(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -108,6 +130,12 @@ class JointGamut:
         surface = self.model.surfaces[shown_on]
         return zonotope_half_spaces(surface.A.astype(np.float64), surface.black.astype(np.float64))
 
+    def rows_of(self, shown_on: str) -> NDArray[np.float64]:
+        """`normals` (m, 6) over (XYZ on `shown_on`, XYZ on the other surface)."""
+        self._require_surface(shown_on)
+        self._require_two_surfaces()
+        return self.normals if shown_on == "pattern" else np.roll(self.normals, 3, axis=1)
+
     def erode(self, XYZ: ArrayLike, shown_on: str) -> Polytope:
         """E(S) = {p : (p, w) in J for all w in S}: colours that go with each colour of a set on the other surface.
 
@@ -123,11 +151,9 @@ class JointGamut:
         GamutError
             If no colour goes with all of S, or too few to have a volume.
         """
-        self._require_surface(shown_on)
-        self._require_two_surfaces()
-        own, other = (slice(0, 3), slice(3, 6)) if shown_on == "pattern" else (slice(3, 6), slice(0, 3))
-        taken = np.max(self.normals[:, other] @ np.asarray(XYZ, np.float64).T, axis=1)
-        return polytope(self.normals[:, own], self.offsets - taken)
+        rows = self.rows_of(shown_on)
+        taken = np.max(rows[:, 3:] @ np.asarray(XYZ, np.float64).T, axis=1)
+        return polytope(rows[:, :3], self.offsets - taken)
 
     def section(self, XYZ: ArrayLike, shown_on: str) -> Polytope:
         """{p : (p, c) in J}: colours of `shown_on` that go with the one colour `XYZ` (3,) on the other surface."""

@@ -17,7 +17,7 @@ from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
 from paxel_runtime.version import WRITER
 
-__all__ = ["MESH_FORMATS", "write_mesh"]
+__all__ = ["MESH_FORMATS", "display_colors", "write_mesh"]
 
 _UP = np.array([[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 """Rotation (L*, a*, b*) -> (a*, L*, -b*)."""
@@ -58,7 +58,7 @@ def _ply(mesh: GamutMesh) -> bytes:
         )
     )
     vertices = np.zeros(len(mesh.Lab), [("Lab", "<f8", 3), ("color", "u1", 3)])
-    vertices["Lab"], vertices["color"] = mesh.Lab, _display_colors(mesh)
+    vertices["Lab"], vertices["color"] = mesh.Lab, display_colors(mesh)
     faces = np.zeros(len(mesh.faces), [("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, mesh.faces
     return header.encode() + vertices.tobytes() + faces.tobytes()
@@ -68,7 +68,7 @@ def _glb(mesh: GamutMesh) -> bytes:
     """Binary glTF 2.0 with vertex colours and vertex normals."""
     import trimesh  # heavy: only where a file is made
 
-    surface = trimesh.Trimesh(mesh.Lab, mesh.faces, vertex_colors=_display_colors(mesh), process=False)
+    surface = trimesh.Trimesh(mesh.Lab, mesh.faces, vertex_colors=display_colors(mesh), process=False)
     scene = trimesh.Scene()
     scene.add_geometry(surface, node_name="gamut", geom_name="gamut", transform=_UP)
     scene.metadata.clear()
@@ -114,7 +114,7 @@ def _cgats_table(fields: str, rows: list[str]) -> list[str]:
     ]
 
 
-def _display_colors(mesh: GamutMesh) -> NDArray[np.uint8]:
+def display_colors(mesh: GamutMesh) -> NDArray[np.uint8]:
     """sRGB 8-bit colours (V, 3) of the vertices, the nearest in each channel where one is outside sRGB."""
     return np.round(np.clip(Lab_to_sRGB(mesh.Lab), 0.0, 1.0) * 255).astype(np.uint8)
 

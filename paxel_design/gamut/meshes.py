@@ -22,7 +22,15 @@ from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.subgamut import SubGamut
 
-__all__ = ["GamutMesh", "exact_volume", "gamut_mesh", "subgamut_arrays", "subgamut_figures"]
+__all__ = [
+    "GamutMesh",
+    "exact_volume",
+    "gamut_mesh",
+    "gamut_solid",
+    "mesh_of_solid",
+    "subgamut_arrays",
+    "subgamut_figures",
+]
 
 _WELD = 1e-3
 """Corners nearer than this in CIELAB are one: far below what is seen, and wide enough that the slivers between them
@@ -37,6 +45,9 @@ _LARGEST_DEVIATION = 0.01
 _NODES = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6.0
 """Barycentric nodes of the quadrature of degree 2 on a triangle; each has a third of the weight."""
 
+_CENTRE = np.full((1, 3), 1 / 3)
+"""The node of the quadrature of degree 1."""
+
 
 @dataclass(frozen=True, eq=False)
 class GamutMesh:
@@ -49,11 +60,14 @@ class GamutMesh:
     faces : (F, 3) int64 array
         Triangles, wound outwards (counter-clockwise seen from outside, with L*, a*, b* a right-handed frame).
     volume, area : float
-        Of the exact curved surface, in cubic and square CIELAB units, by quadrature.
+        Of the set, in cubic and square CIELAB units: by quadrature over the exact curved surface, or for a level set
+        the volume by node count and the area of the triangles.
     mesh_volume : float
         Of the flat triangles, as manifold3d takes it.
     components, genus : int
-        Separate parts, and handles.
+        Separate parts, and handles in all of them.
+    volume_error : float
+        How far `volume` may be off: the difference from a quadrature of one degree less, or from `mesh_volume`.
     """
 
     Lab: NDArray[np.float64]
@@ -63,6 +77,7 @@ class GamutMesh:
     mesh_volume: float
     components: int
     genus: int
+    volume_error: float = 0.0
 
 
 def gamut_mesh(gamut: SubGamut, max_edge: float = _MAX_EDGE) -> GamutMesh:
@@ -97,15 +112,22 @@ def gamut_mesh(gamut: SubGamut, max_edge: float = _MAX_EDGE) -> GamutMesh:
     )
 
 
-def exact_volume(gamut: SubGamut) -> float:
-    """Volume of a sub-gamut in cubic CIELAB units, to about 1 part in 10,000, without making its mesh.
+def exact_volume(gamut: SubGamut, max_edge: float = 2 * _MAX_EDGE) -> float:
+    """Volume of a sub-gamut in cubic CIELAB units without making its mesh: to about 1 part in 10,000 as it stands.
+
+    Parameters
+    ----------
+    gamut : SubGamut
+        Half-spaces only.
+    max_edge : float
+        Longest edge of the quadrature's triangles, CIELAB units.
 
     Raises
     ------
     GamutError
         If the set is empty or flat.
     """
-    XYZ, faces = tessellate(*_surface(gamut), gamut.white_point, 2 * _MAX_EDGE)
+    XYZ, faces = tessellate(*_surface(gamut), gamut.white_point, max_edge)
     return _exact_volume_and_area(XYZ[faces], gamut.white_point)[0]
 
 
@@ -133,11 +155,46 @@ def _measured(XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: N
     volume, area = _exact_volume_and_area(XYZ[faces], white_point)
     edges, _ = edges_of(faces, len(XYZ))
     graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(len(XYZ), len(XYZ)))
-    components = connected_components(graph, directed=False, return_labels=False)
-    return GamutMesh(Lab, faces, volume, area, float(solid.volume()), int(components), int(solid.genus()))
+    components = int(connected_components(graph, directed=False, return_labels=False))
+    genus = int(solid.genus()) + components - 1  # manifold3d takes 1 - Euler's number / 2
+    coarse, _ = _exact_volume_and_area(XYZ[faces], white_point, _CENTRE)
+    return GamutMesh(Lab, faces, volume, area, float(solid.volume()), components, genus, abs(volume - coarse))
 
 
-def _exact_volume_and_area(corners: NDArray[np.float64], white_point: NDArray[np.float64]) -> tuple[float, float]:
+def gamut_solid(mesh: GamutMesh) -> manifold3d.Manifold:
+    """The same body for boolean operations."""
+    return manifold3d.Manifold(manifold3d.Mesh64(mesh.Lab, mesh.faces.astype(np.uint64)))
+
+
+def mesh_of_solid(solid: manifold3d.Manifold, volume: float | None = None, volume_error: float = 0.0) -> GamutMesh:
+    """The mesh of a body that boolean operations made; `volume` is that of its triangles unless it is known better.
+
+    Raises
+    ------
+    GamutError
+        If nothing is left of it.
+    """
+    if solid.is_empty() or solid.status() != manifold3d.Error.NoError:
+        raise GamutError(f"a body of colours is empty or does not close ({solid.status().name})")
+    mesh = solid.to_mesh64()
+    faces = np.asarray(mesh.tri_verts, np.int64)
+    Lab = np.asarray(mesh.vert_properties, np.float64)[:, :3]
+    components = len(solid.decompose())
+    return GamutMesh(
+        Lab,
+        faces,
+        float(solid.volume()) if volume is None else volume,
+        float(solid.surface_area()),
+        float(solid.volume()),
+        components,
+        int(solid.genus()) + components - 1,
+        volume_error,
+    )
+
+
+def _exact_volume_and_area(
+    corners: NDArray[np.float64], white_point: NDArray[np.float64], nodes: NDArray[np.float64] = _NODES
+) -> tuple[float, float]:
     """Volume and area in CIELAB bounded by the curved images of flat triangles (F, 3, 3) in XYZ.
 
     Divergence theorem: volume = integral of Lab . n / 3 over the surface, with n from the derivatives of CIELAB.
@@ -145,10 +202,10 @@ def _exact_volume_and_area(corners: NDArray[np.float64], white_point: NDArray[np
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     middle = _Lab(corners.mean(axis=(0, 1)), white_point)
     volume = area = 0.0
-    for node in _NODES:
+    for node in nodes:
         XYZ = np.einsum("k,fkc->fc", node, corners)
         normal = np.cross(_Lab_change(XYZ, first, white_point), _Lab_change(XYZ, second, white_point)) / 2
-        normal /= len(_NODES)
+        normal /= len(nodes)
         volume += float(np.sum((_Lab(XYZ, white_point) - middle) * normal)) / 3
         area += float(np.sum(np.linalg.norm(normal, axis=1)))
     return volume, area
@@ -171,12 +228,13 @@ def _Lab_change(
 def subgamut_figures(gamut: SubGamut, mesh: GamutMesh) -> dict[str, Any]:
     """The figures of ``gamut/<effect>.on-<surface>.json`` (design: section 4, *Files*).
 
-    ``volume`` and ``area`` are those of the exact set; ``mesh_volume`` that of the triangles in the file ``mesh``.
+    ``volume`` and ``area`` are those of the set; ``mesh_volume`` that of the triangles in the file ``mesh``.
     """
     return {
         "effect": gamut.effect,
         "shown_on": gamut.shown_on,
         "volume": mesh.volume,
+        "volume_error": mesh.volume_error,
         "mesh_volume": mesh.mesh_volume,
         "area": mesh.area,
         "watertight": True,
@@ -184,18 +242,25 @@ def subgamut_figures(gamut: SubGamut, mesh: GamutMesh) -> dict[str, Any]:
         "genus": mesh.genus,
         "mesh": f"{gamut.file_stem}.ply",
         "triangles": len(mesh.faces),
-        "method": "exact polytope",
+        "method": "exact polytope" if gamut.field is None else f"level set at step {gamut.field.step:g}",
     }
 
 
-def subgamut_arrays(gamut: SubGamut, mesh: GamutMesh) -> dict[str, NDArray[Any]]:
-    """The arrays of ``gamut/<effect>.on-<surface>.npz``: the fields of the sub-gamut and the mesh by their names."""
-    return {
+def subgamut_arrays(gamut: SubGamut, mesh: GamutMesh | None = None) -> dict[str, NDArray[Any]]:
+    """The arrays of ``gamut/<effect>.on-<surface>.npz``: the fields of the sub-gamut and, if any, the mesh by name.
+
+    ``paxel_runtime.model.subgamut.subgamut_from_arrays`` reads the sub-gamut back.
+    """
+    arrays = {
         "effect": np.array(gamut.effect),
         "shown_on": np.array(gamut.shown_on),
         "normals": gamut.normals,
         "offsets": gamut.offsets,
         "white_point": gamut.white_point,
-        "Lab": mesh.Lab,
-        "faces": mesh.faces.astype(np.int32),
     }
+    if mesh is not None:
+        arrays["Lab"], arrays["faces"] = mesh.Lab, mesh.faces.astype(np.int32)
+    if gamut.field is not None:
+        arrays["field"], arrays["field_origin"] = gamut.field.values, gamut.field.origin
+        arrays["field_step"] = np.array(gamut.field.step)
+    return arrays

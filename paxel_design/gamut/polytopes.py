@@ -17,7 +17,15 @@ from scipy.spatial import ConvexHull, QhullError
 
 from paxel_runtime.errors import GamutError
 
-__all__ = ["Polytope", "hull_surface", "inscribed_ball", "polytope", "unit_rows", "zonotope_half_spaces"]
+__all__ = [
+    "Polytope",
+    "hull_surface",
+    "inscribed_ball",
+    "polytope",
+    "polytope_of_points",
+    "unit_rows",
+    "zonotope_half_spaces",
+]
 
 _RANK = 1e-9
 """Relative size below which a singular value counts as zero: far below any measurement, far above rounding."""
@@ -219,6 +227,30 @@ def _round_shape(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDAr
     centre = points.mean(axis=0)
     _, spread, Vt = np.linalg.svd(points - centre, full_matrices=False)
     return centre, Vt.T * (spread / np.sqrt(len(points)))
+
+
+def polytope_of_points(points: NDArray[np.float64]) -> Polytope:
+    """The convex hull of points (p, d).
+
+    Raises
+    ------
+    GamutError
+        If the hull is flat.
+    """
+    centre, shape = _round_shape(points)
+    try:
+        if np.linalg.cond(shape) > 1 / _FLAT:
+            raise GamutError("the set is flat: it has no volume")
+        round_points = np.linalg.solve(shape, (points - centre).T).T
+        hull = ConvexHull(round_points)
+    except (QhullError, np.linalg.LinAlgError) as error:
+        raise GamutError("the set is flat: it has no volume") from error
+    # Facets of more than d corners come as several simplices with one equation.
+    _, first = np.unique(np.round(hull.equations, 9), axis=0, return_index=True)
+    normals = np.linalg.solve(shape.T, hull.equations[np.sort(first), :-1].T).T
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    corners = points[np.unique(hull.simplices)]
+    return Polytope(normals, np.max(normals @ corners.T, axis=1), corners)
 
 
 def hull_surface(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -1,13 +1,8 @@
-"""Effect -> sub-gamut: the colours of a surface that an effect can use, exact, as half-spaces (design: section 8).
+"""Effect -> sub-gamut: the colours of a surface that an effect can use (design: section 8).
 
-The definitions:
-
-- *full*: every colour of the surface, whatever the other surface then shows;
-- *neutralize* (to c): colours that can be shown while the other surface shows c. ``shown_on`` is the surface of the
-  picture; it vanishes on the other one;
-- *dual-image*: one side of the product pair (`product_pair`).
-
-How a set of colours becomes half-spaces stands in `joint`, meshes of them in `meshes`.
+What each effect asks for is defined in ``paxel_runtime.model.effects``. All sets are exact polytopes but those of hue
+shifts and of changes of chroma, which are level sets: a field on a grid. How a set is made stands in `joint`,
+`gray_sets`, `products` and `level_sets`; the table at the end says which effect is made by which.
 """
 
 from __future__ import annotations
@@ -15,19 +10,40 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from paxel_design.gamut.gray_sets import changing_to_gray, changing_to_one_colour, fully_changing
 from paxel_design.gamut.joint import JointGamut
+from paxel_design.gamut.level_sets import STEP, level_set, level_set_mesh
 from paxel_design.gamut.lightness import lightness_area
-from paxel_design.gamut.meshes import exact_volume
+from paxel_design.gamut.margins import Margins, chroma_margins, hue_margins
+from paxel_design.gamut.meshes import GamutMesh, gamut_mesh
+from paxel_design.gamut.polytopes import Polytope
+from paxel_design.gamut.products import product_pair
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
-from paxel_runtime.model.effects import DualImage, Effect, Full, Neutralize, parse_effect
+from paxel_runtime.model.effects import (
+    EFFECTS,
+    Chroma,
+    Decolorize,
+    DualImage,
+    Effect,
+    Full,
+    FullChange,
+    HueShift,
+    Monochrome,
+    Neutralize,
+    parse_effect,
+)
 from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.model.subgamut import SURFACES, SubGamut
 
-__all__ = ["product_pair", "sub_gamut"]
+__all__ = ["sub_gamut", "subgamut_and_mesh"]
 
 
-def sub_gamut(model: PredictionModel | JointGamut, effect: Effect | str, shown_on: str = "pattern") -> SubGamut:
+def sub_gamut(
+    model: PredictionModel | JointGamut, effect: Effect | str, shown_on: str = "pattern", *, step: float = STEP
+) -> SubGamut:
     """The colours of one surface that an effect can use.
 
     Parameters
@@ -38,6 +54,8 @@ def sub_gamut(model: PredictionModel | JointGamut, effect: Effect | str, shown_o
         An effect, or its text such as ``"neutralize:50,0,0"``.
     shown_on : {"pattern", "white"}
         The surface these colours are shown on.
+    step : float
+        Distance of the nodes of a level set, CIELAB units.
 
     Raises
     ------
@@ -46,78 +64,92 @@ def sub_gamut(model: PredictionModel | JointGamut, effect: Effect | str, shown_o
     GamutError
         If no colour, or too few to have a volume, can be used (the full gamut may be flat).
     """
+    joint, effect = _checked(model, effect, shown_on)
+    if type(effect) in _MARGINS:
+        return level_set(
+            _full(joint, Full(), shown_on), effect.name, _MARGINS[type(effect)](joint.model, effect, shown_on), step
+        )
+    try:
+        return _EXACT[type(effect)](joint, effect, shown_on)
+    except GamutError as error:
+        raise GamutError(f"effect {effect.text} shown on the {shown_on}: {error}") from error
+
+
+def subgamut_and_mesh(
+    model: PredictionModel | JointGamut, effect: Effect | str, shown_on: str = "pattern", *, step: float = STEP
+) -> tuple[SubGamut, GamutMesh]:
+    """A sub-gamut as `sub_gamut` makes it, and its closed surface; a level set's vertices lie on its true boundary.
+
+    Raises
+    ------
+    InputError, GamutError
+        As `sub_gamut`, and where the surface does not close.
+    """
+    joint, effect = _checked(model, effect, shown_on)
+    gamut = sub_gamut(joint, effect, shown_on, step=step)
+    if gamut.field is None:
+        return gamut, gamut_mesh(gamut)
+    return gamut, level_set_mesh(gamut, _MARGINS[type(effect)](joint.model, effect, shown_on))
+
+
+def _checked(model: PredictionModel | JointGamut, effect: Effect | str, shown_on: str) -> tuple[JointGamut, Effect]:
     joint = model if isinstance(model, JointGamut) else JointGamut(model)
     effect = parse_effect(effect) if isinstance(effect, str) else effect
     if shown_on not in joint.model.surfaces:
         raise InputError(f"shown_on must be one of {', '.join(joint.model.surfaces)}; got {shown_on!r}")
-    if joint.model.white is None and not isinstance(effect, Full):
-        raise InputError(f"effect {effect.text} needs a model of two surfaces, got one; with one surface use: full")
-    return _MAKERS[type(effect)](joint, effect, shown_on)
+    if effect.surfaces > len(joint.model.surfaces):
+        able = ", ".join(key for key, row in EFFECTS.items() if row.surfaces == 1)
+        raise InputError(f"effect {effect.text} needs a model of two surfaces, got one; with one surface use: {able}")
+    return joint, effect
 
 
-def product_pair(joint: JointGamut) -> tuple[SubGamut, SubGamut]:
-    """Two sets of colours, one a surface, in which any two pictures can be shown together.
-
-    Begins with the grays of one side of the largest lightness rectangle, takes all colours of the other surface that
-    go with them, E(S) = {p : (p, w) in J for all w in S}, and then all colours of the first that go with those. The
-    pair is maximal: no colour can be added to either side, and both hold the grays of the rectangle. Of the two
-    beginnings, the one with the larger product of volumes in CIELAB is taken.
-
-    Returns
-    -------
-    on_pattern, on_white : SubGamut
-
-    Raises
-    ------
-    InputError
-        If the model has one surface.
-    GamutError
-        If the surfaces share no grays to begin with.
-    """
-    lightness = lightness_area(joint)
-    grays = {"pattern": lightness.L_pattern, "white": lightness.L_white}
-    pairs = [_closure(joint, grays[begin_on], begin_on) for begin_on in SURFACES]
-    return max(pairs, key=lambda pair: exact_volume(pair[0]) * exact_volume(pair[1]))
-
-
-def _closure(joint: JointGamut, L_range: tuple[float, float], begin_on: str) -> tuple[SubGamut, SubGamut]:
-    """The maximal pair that begins with the grays of `L_range` on one surface, the pattern's side first."""
-    other = _other(begin_on)
-    white_point = joint.model.white_point
-    begin = Lab_to_XYZ([(L, 0.0, 0.0) for L in L_range], white_point)
-    try:
-        partners = joint.erode(begin, other)
-        closed = joint.erode(partners.vertices, begin_on)
-    except GamutError as error:
-        raise GamutError(
-            f"the surfaces have no two sets of colours that can always be shown together: {error}; their common "
-            f"grays are L* {L_range[0]:.1f} to {L_range[1]:.1f} on the {begin_on}"
-        ) from error
-    sides = {
-        on: SubGamut(DualImage().name, on, side.normals, side.offsets, white_point)
-        for on, side in ((begin_on, closed), (other, partners))
-    }
-    return sides["pattern"], sides["white"]
-
-
-def _full(joint: JointGamut, effect: Full, shown_on: str) -> SubGamut:
+def _full(joint: JointGamut, effect: Full | Monochrome, shown_on: str) -> SubGamut:
     return SubGamut(effect.name, shown_on, *joint.surface(shown_on), joint.model.white_point)
 
 
 def _dual_image(joint: JointGamut, effect: DualImage, shown_on: str) -> SubGamut:
-    return product_pair(joint)[SURFACES.index(shown_on)]
+    return product_pair(joint, effect.pair)[SURFACES.index(shown_on)]
+
+
+def _decolorize(joint: JointGamut, effect: Decolorize, shown_on: str) -> SubGamut:
+    try:
+        return _named(joint, effect, shown_on, changing_to_gray(joint, effect.lightness, effect.tolerance, shown_on))
+    except GamutError as error:
+        if effect.lightness == "free":
+            raise
+        raise GamutError(f"{error}; with lightness free the gray may be darker or lighter: decolorize:free") from error
 
 
 def _neutralize(joint: JointGamut, effect: Neutralize, shown_on: str) -> SubGamut:
-    white_point = joint.model.white_point
+    Lab = np.array(effect.Lab)
+    XYZ = np.asarray(Lab_to_XYZ(Lab, joint.model.white_point), np.float64)
     try:
-        colors = joint.section(Lab_to_XYZ(effect.Lab, white_point), shown_on)
+        return _named(joint, effect, shown_on, changing_to_one_colour(joint, Lab, XYZ, effect.tolerance, shown_on))
     except GamutError as error:
         raise GamutError(
-            f"effect {effect.text}: no volume of colours on the {shown_on} goes with that colour on the "
-            f"{_other(shown_on)} surface: {error}; {_reachable_grays(joint, _other(shown_on))}"
+            f"no volume of colours goes with that colour on the {_other(shown_on)} surface: {error}; "
+            f"{_reachable_grays(joint, _other(shown_on))}"
         ) from error
-    return SubGamut(effect.name, shown_on, colors.normals, colors.offsets, white_point)
+
+
+def _full_change(joint: JointGamut, effect: FullChange, shown_on: str) -> SubGamut:
+    if effect.L_black is not None and effect.L_white is not None:
+        ends = (effect.L_black, effect.L_white)
+    else:
+        lightness = lightness_area(joint)
+        ends = lightness.L_white if shown_on == "pattern" else lightness.L_pattern
+    black, white = np.asarray(Lab_to_XYZ([(L, 0.0, 0.0) for L in ends], joint.model.white_point), np.float64)
+    try:
+        return _named(joint, effect, shown_on, fully_changing(joint, black, white, shown_on))
+    except GamutError as error:
+        raise GamutError(
+            f"black L* {ends[0]:.1f} and white L* {ends[1]:.1f} on the {_other(shown_on)} surface leave no colours: "
+            f"{error}; {_reachable_grays(joint, _other(shown_on))}"
+        ) from error
+
+
+def _named(joint: JointGamut, effect: Effect, shown_on: str, colors: Polytope) -> SubGamut:
+    return SubGamut(effect.name, shown_on, colors.normals, colors.offsets, joint.model.white_point)
 
 
 def _reachable_grays(joint: JointGamut, surface: str) -> str:
@@ -133,8 +165,15 @@ def _other(surface: str) -> str:
     return SURFACES[1 - SURFACES.index(surface)]
 
 
-_MAKERS: dict[type[Effect], Callable[[JointGamut, Any, str], SubGamut]] = {
+_EXACT: dict[type[Effect], Callable[[JointGamut, Any, str], SubGamut]] = {
     Full: _full,
+    Monochrome: _full,
     DualImage: _dual_image,
+    Decolorize: _decolorize,
     Neutralize: _neutralize,
+    FullChange: _full_change,
+}
+_MARGINS: dict[type[Effect], Callable[[PredictionModel, Any, str], Margins]] = {
+    HueShift: hue_margins,
+    Chroma: chroma_margins,
 }

@@ -6,8 +6,10 @@ pattern is printed or projected on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,16 @@ from paxel_design.patterns.tiles import stripes, tiles
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
 
-__all__ = ["BLUE_NOISE", "LAYOUTS", "Layout", "LayoutRequest", "cells_that_cover", "colorants_of", "make_pattern"]
+__all__ = [
+    "BLUE_NOISE",
+    "LAYOUTS",
+    "Layout",
+    "LayoutRequest",
+    "cells_that_cover",
+    "colorants_of",
+    "layout_recipe",
+    "make_pattern",
+]
 
 Layout = Callable[[LayoutRequest], NDArray[np.uint8]]
 """``layout(request) -> cells``: one torus of indices into the request's colorants, row 0 lowest."""
@@ -30,15 +41,15 @@ LAYOUTS: MappingProxyType[str, Layout] = MappingProxyType(
 """Every layout by its name in ``paxel.toml``."""
 
 
-def colorants_of(names: Sequence[str]) -> tuple[Colorant, ...]:
-    """Look colorants up by name.
+def colorants_of(names: Sequence[str], library: Mapping[str, Colorant] | None = None) -> tuple[Colorant, ...]:
+    """Look colorants up by name; in the built-in library, if no other is given.
 
     Raises
     ------
     InputError
         If a name is not in the library.
     """
-    library = colorant_library()
+    library = colorant_library() if library is None else library
     for name in names:
         if name not in library:
             raise InputError(f"a colorant must be one of {', '.join(library)}, got {name!r}")
@@ -79,6 +90,7 @@ def make_pattern(
     blue_noise: str = "swap",
     flatness: float = 2.0,
     tile_order: str | Sequence[str] = "search",
+    library: Mapping[str, Colorant] | None = None,
 ) -> Pattern:
     """Make the pattern that a description asks for.
 
@@ -87,7 +99,7 @@ def make_pattern(
     layout : str
         A key of `LAYOUTS`.
     colorants : sequence of str
-        Different names from the library of colorants; ``"white"`` is the bare paper.
+        Different names from `library`; ``"white"`` is the bare paper.
     dot_size_mm : float
         Edge of a cell in millimetres, > 0.
     angle_deg : float
@@ -106,6 +118,8 @@ def make_pattern(
         Of the method ``"swap"``, in cells: small for low visibility, large for a flat spectrum.
     tile_order : ``"search"`` or sequence of str
         Names of the colorants along a row of a tile or across the stripes, if not the least visible order.
+    library : mapping of str to Colorant, optional
+        What the names mean, with inks of your own; the built-in library by default.
 
     Raises
     ------
@@ -122,7 +136,7 @@ def make_pattern(
         shares = [order.count(name) / len(order) for name in names]
     size_mm = (float(size_mm[0]), float(size_mm[1]))
     request = LayoutRequest(
-        colorants_of(names),
+        colorants_of(names, library),
         check_shares(shares, names),
         cells_that_cover(size_mm, dot_size_mm, angle_deg),
         seed,
@@ -130,4 +144,26 @@ def make_pattern(
         flatness,
         order,
     )
-    return Pattern(layout, names, LAYOUTS[layout](request), float(dot_size_mm), float(angle_deg), size_mm, seed)
+    pattern = Pattern(layout, names, LAYOUTS[layout](request), float(dot_size_mm), float(angle_deg), size_mm, seed)
+    return pattern if library is None else replace(pattern, library=library)
+
+
+def layout_recipe(pattern: Pattern, shares: Sequence[float] | None, blue_noise: str, flatness: float) -> dict[str, Any]:
+    """The keywords of `make_pattern` that make a pattern's cells again, besides its own fields.
+
+    Only what its layout looks at: tiles and stripes by the order that was found, so without searching again.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        What `make_pattern` made.
+    shares, blue_noise, flatness
+        What it was asked for.
+    """
+    if pattern.layout in ("tiles", "stripes"):
+        return {"tile_order": [pattern.colorants[k] for k in pattern.cells[0]]}
+    if pattern.layout != "blue-noise":
+        return {}
+    recipe: dict[str, Any] = {"shares": list(shares)} if shares else {}
+    recipe["blue_noise"] = blue_noise
+    return recipe | ({"flatness": flatness} if blue_noise == "swap" else {})

@@ -6,8 +6,10 @@ With b_k the indicator of class k and s_k its share, swaps lower
 
 G a Gaussian of width `flatness` on the torus. The weights 1 / s_k measure the fields in the metric in which randomly
 strewn classes (covariance diag(s) - s s^T) are white in every direction; so E treats every class and every union of
-classes alike, and pushes the power of all of them out of the low frequencies by the same factor. This is the
-multi-class version of direct binary search (Analoui & Allebach 1992) with a Gaussian for the eye.
+classes alike, and pushes the power of all of them out of the low frequencies by the same factor (to 10 % for equal
+shares; where these differ, the rarest class keeps up to 2.7 times as much, for a swap moves a whole cell of it, and
+other weights do not mend that: ``reports/blue_noise_methods.py``). This is the multi-class version of direct binary
+search (Analoui & Allebach 1992) with a Gaussian for the eye.
 """
 
 from __future__ import annotations

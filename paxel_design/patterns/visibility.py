@@ -32,9 +32,18 @@ _LAB_STEP = 1e-6
 
 
 def colorants_to_XYZ(colorants: Sequence[Colorant]) -> NDArray[np.float64]:
-    """XYZ of solid colorants under D65, Y = 1 for a perfect diffuser, (n, 3)."""
+    """XYZ of solid colorants, (n, 3): under D65, Y = 1 for a perfect diffuser.
+
+    Fluorescent inks that all reflect alike are told apart by what they emit alone: then that, Y = 1 for the brightest.
+    """
     D65 = illuminant_D65()
-    return spectra_to_XYZ([colorant.reflectance * D65 for colorant in colorants]) / spectra_to_XYZ(D65)[1]
+    reflected = np.array([colorant.reflectance for colorant in colorants])
+    emitters = [colorant.fluorescence for colorant in colorants]
+    if any(emitters) and np.array_equal(reflected, np.broadcast_to(reflected[0], reflected.shape)):
+        dark = np.zeros_like(reflected[0])
+        emitted_XYZ = spectra_to_XYZ([e.emission * e.excitation.max() if e else dark for e in emitters])
+        return emitted_XYZ / emitted_XYZ[:, 1].max()
+    return spectra_to_XYZ(reflected * D65) / spectra_to_XYZ(D65)[1]
 
 
 def row_visibility(rows_XYZ: NDArray[np.float64], shift: int) -> NDArray[np.float64]:

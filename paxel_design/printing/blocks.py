@@ -7,19 +7,27 @@ is needed by a rotated matrix. This file knows cells, millimetres and sub-pixels
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_design.printing.plates import is_paper
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern
 
-__all__ = ["PAPER_CMYK", "Block", "CellRaster", "block_indices", "blocks_of", "palette_of", "plan_cell_raster"]
-
-PAPER_CMYK = (0.0, 0.0, 0.0, 0.0)
+__all__ = [
+    "Block",
+    "CellRaster",
+    "block_indices",
+    "blocks_of",
+    "palette_of",
+    "paper_index_of",
+    "plan_cell_raster",
+    "printed_shares",
+]
 
 # One sub-pixel a cell is as exact in Ghostscript, but viewers and some RIPs smooth enlarged images: 12 keep that blur
 # within a twelfth of a dot. Cost grows with the square (Ghostscript: about 0.5 us for each sub-pixel it places).
@@ -27,6 +35,7 @@ _FEWEST_SUBPIXELS = 12
 _SPREAD_TOLERANCE_UM = 1.0
 _LARGEST_BLOCK_PX = 4096
 _LARGEST_BLOCK_CELLS = 128
+_BAND_CELLS = 128
 
 
 @dataclass(frozen=True)
@@ -110,10 +119,15 @@ def plan_cell_raster(dot_size_mm: float, ink_spread_um: float) -> CellRaster:
     return CellRaster(int(counts[best]), int(shrinks[best]), dot_um / float(counts[best]))
 
 
-def palette_of(colorants: tuple[Colorant, ...], raster: CellRaster) -> tuple[tuple[float, float, float, float], ...]:
-    """CMYK of every index of the block images: the colorants, then bare paper where shrinking needs it."""
-    palette = tuple(colorant.cmyk for colorant in colorants)
-    return palette if raster.shrink == 0 or PAPER_CMYK in palette else (*palette, PAPER_CMYK)
+def palette_of(colorants: Sequence[Colorant], raster: CellRaster) -> tuple[Colorant | None, ...]:
+    """What the indices of the block images mean: the colorants, then paper where shrinking needs it; paper is None."""
+    palette = tuple(None if is_paper(colorant) else colorant for colorant in colorants)
+    return palette if raster.shrink == 0 or None in palette else (*palette, None)
+
+
+def paper_index_of(palette: Sequence[Colorant | None]) -> int:
+    """The index that stands for bare paper, 0 where no index does (and none is needed)."""
+    return next((i for i, colorant in enumerate(palette) if colorant is None), 0)
 
 
 def blocks_of(pattern: Pattern, raster: CellRaster) -> Iterator[Block]:
@@ -121,8 +135,9 @@ def blocks_of(pattern: Pattern, raster: CellRaster) -> Iterator[Block]:
 
     The torus is repeated up to the largest block, or cut where it is larger than that.
     """
-    largest = max(1, min(_LARGEST_BLOCK_CELLS, _LARGEST_BLOCK_PX // raster.subpixels))
     row_range, column_range = _cell_bounds(pattern)
+    largest = min(_LARGEST_BLOCK_CELLS, _LARGEST_BLOCK_PX // raster.subpixels)
+    largest = max(1, min(largest, max(row_range[1], column_range[1])))  # a quarter of a small area, not far beyond it
     for row, rows, row_key in _spans(pattern.cells.shape[0], largest, row_range):
         for column, columns, column_key in _spans(pattern.cells.shape[1], largest, column_range):
             block = Block(row, column, rows, columns, (row_key, column_key))
@@ -162,6 +177,37 @@ def block_indices(pattern: Pattern, block: Block, raster: CellRaster, paper_inde
             edge = by_cell[:, near[up], :, near[right]]
             np.copyto(edge, np.uint8(paper_index), where=(cells != other)[:, None, :, None])
     return indices
+
+
+def printed_shares(pattern: Pattern, raster: CellRaster, palette: Sequence[Colorant | None]) -> NDArray[np.float64]:
+    """Share of the torus that each index of the palette covers once the ink is shrunk, summing to 1.
+
+    Returns
+    -------
+    (len(palette),) float64 array
+        Exact: of a cell of n x n sub-pixels, a strip of `shrink` is lost at each edge to another colorant, and a
+        square of `shrink` at each corner where only the diagonal neighbour is another.
+    """
+    cells, n, m = pattern.cells, raster.subpixels, raster.shrink
+    areas = np.zeros(len(palette))
+    for start in range(0, cells.shape[0], _BAND_CELLS):  # a sheet without period has a hundred million cells
+        stop = min(start + _BAND_CELLS, cells.shape[0])
+        rows = {up: cells[np.arange(start + up, stop + up) % cells.shape[0]] for up in (-1, 0, 1)}
+        band = rows[0]
+        differs = {
+            (up, right): band != np.roll(rows[up], -right, axis=1) for up, right in product((-1, 0, 1), repeat=2)
+        }
+        height = n - m * (differs[-1, 0].astype(np.int64) + differs[1, 0])
+        width = n - m * (differs[0, -1].astype(np.int64) + differs[0, 1])
+        corners = sum(
+            (differs[up, right] & ~differs[up, 0] & ~differs[0, right]).astype(np.int64)
+            for up, right in product((-1, 1), repeat=2)
+        )
+        kept = height * width - m * m * corners
+        areas += np.bincount(band.ravel(), weights=kept.ravel(), minlength=len(palette))
+    shares = areas / (cells.size * n * n)
+    shares[paper_index_of(palette)] += 1.0 - shares.sum()
+    return shares
 
 
 def _cell_bounds(pattern: Pattern) -> tuple[tuple[int, int], tuple[int, int]]:

@@ -1,41 +1,41 @@
-"""A pattern as a PDF in true millimetres that a print shop accepts.
+"""A pattern as a PDF/X-4 in true millimetres that a print shop accepts.
 
-The pattern is drawn as the block images of `blocks`, the furniture from
-`sheet`; everything is DeviceCMYK, fonts are embedded, and equal arguments give equal bytes.
+The cells are the block images of `blocks`, the furniture comes from `sheet`, spot inks are plates of their own, fonts
+are embedded, and equal arguments give equal bytes. The steps: lay out, draw (`page`), add what reportlab lacks
+(`cells_pdf`), spread over pages (`pages`), state the print condition (`pdfx`).
 """
 
 from __future__ import annotations
 
 import io
 import os
-import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-from reportlab.lib.colors import CMYKColor
-from reportlab.pdfbase import pdfdoc
-from reportlab.pdfgen.canvas import Canvas
+import pikepdf
 
-from paxel_design.patterns import colorants_of
-from paxel_design.printing.blocks import (
-    PAPER_CMYK,
-    CellRaster,
-    block_indices,
-    blocks_of,
-    palette_of,
-    plan_cell_raster,
-)
-from paxel_design.printing.font import font_name
-from paxel_design.printing.sheet import BLEED_MM, SLUG_MM, Sheet, pattern_summary, sheet_of
+from paxel_design.printing.blocks import CellRaster, palette_of, plan_cell_raster, printed_shares
+from paxel_design.printing.cells_pdf import add_cells
+from paxel_design.printing.fiducials import DICTIONARY, FIDUCIAL_MM, Fiducial
+from paxel_design.printing.page import draw_page
+from paxel_design.printing.page_plan import PagePlan, plan_pages
+from paxel_design.printing.pages import lay_on_pages
+from paxel_design.printing.pdfx import pdfx4_bytes
+from paxel_design.printing.sheet import Sheet, pattern_summary, sheet_of
 from paxel_runtime.model.pattern import Pattern
-from paxel_runtime.version import WRITER
 
-__all__ = ["PrintFigures", "write_pattern_pdf"]
+__all__ = ["FiducialFigures", "PrintFigures", "write_pattern_pdf"]
 
-_PT_PER_MM = 72.0 / 25.4
-_BLACK = CMYKColor(0, 0, 0, 1)
+
+@dataclass(frozen=True)
+class FiducialFigures:
+    """The markers of a sheet: their dictionary in OpenCV, the edge of each, and where they lie about the pattern."""
+
+    dictionary: str
+    size_mm: float
+    markers: tuple[Fiducial, ...]
 
 
 @dataclass(frozen=True)
@@ -44,20 +44,35 @@ class PrintFigures:
 
     Attributes
     ----------
-    page_mm, trim_mm : (float, float)
-        Width and height of the page with crop marks, and of the sheet after cutting.
+    sheet_mm, trim_mm : (float, float)
+        Width and height of the sheet with crop marks, and after cutting.
+    page_mm : (float, float)
+        Width and height of each page of the file.
+    pages : int
+        Number of pages, the assembly map of a tiled sheet included.
+    plates : tuple of str
+        The inks it takes: process inks, then spot inks.
     subpixels_per_cell : int
         Sub-pixels along the edge of a cell in the block images.
     ink_spread_um : float
         The compensation that is realised, within 1 um of the one asked for.
+    shares : dict of str to float
+        Share of the area that each colorant has in the file, compensation included.
+    fiducials : FiducialFigures
+        Millimetres in the pattern's own frame.
     bytes : int
         Length of the file.
     """
 
-    page_mm: tuple[float, float]
+    sheet_mm: tuple[float, float]
     trim_mm: tuple[float, float]
+    page_mm: tuple[float, float]
+    pages: int
+    plates: tuple[str, ...]
     subpixels_per_cell: int
     ink_spread_um: float
+    shares: dict[str, float]
+    fiducials: FiducialFigures
     bytes: int
 
 
@@ -68,13 +83,17 @@ def write_pattern_pdf(
     dpi: float = 1440,
     ink_spread_um: float = 0.0,
     caption: str = "",
+    page: str | tuple[float, float] = "auto",
+    recipe: Mapping[str, Any] | None = None,
+    vector: bool = False,
 ) -> PrintFigures:
-    """Write the print sheet of a pattern as a PDF of one page, as large as the sheet.
+    """Write the print sheet of a pattern as a PDF/X-4.
 
     Parameters
     ----------
     pattern : Pattern
-        Lies at the centre of the page, clipped to its area.
+        Lies at the centre of the sheet, clipped to its area. A colorant with a spot name is printed from a plate of
+        its own.
     path : path-like
         The file to write.
     dpi : float
@@ -84,6 +103,14 @@ def write_pattern_pdf(
         How far the edge of a printed dot grows outward: each dot is drawn smaller by that at every edge.
     caption : str
         The user's own line on the sheet.
+    page : str or (float, float)
+        ``"auto"``: one page as large as the sheet; a paper's name or width and height in mm: see
+        `paxel_design.printing.page_plan.plan_pages`.
+    recipe : mapping, optional
+        The further keywords of `make_pattern` that the cells were made with, for the sheet's code.
+    vector : bool
+        Draw outlines instead of images. Print software lets them grow by each device pixel they touch: for cutters
+        and for comparison, not for print.
 
     Returns
     -------
@@ -94,120 +121,36 @@ def write_pattern_pdf(
     ------
     InputError
         If dots are too small for `dpi` or for `ink_spread_um`, the page is larger than a PDF may be, the caption
-        does not fit, or a colorant is unknown.
+        or the code does not fit, or a spot plate is impossible.
     """
     raster = plan_cell_raster(pattern.dot_size_mm, ink_spread_um)
-    sheet = sheet_of(pattern, dpi=dpi, ink_spread_um=raster.ink_spread_um, caption=caption)
-    content = _render(pattern, sheet, raster, title=caption or pattern_summary(pattern))
+    sheet = sheet_of(pattern, dpi=dpi, ink_spread_um=raster.ink_spread_um, caption=caption, recipe=recipe)
+    plan = plan_pages(sheet.page_mm, page)
+    content = _render(pattern, sheet, raster, plan, title=caption or pattern_summary(pattern), vector=vector)
     Path(path).write_bytes(content)
-    return PrintFigures(sheet.page_mm, sheet.trim_mm, raster.subpixels, raster.ink_spread_um, len(content))
-
-
-def _render(pattern: Pattern, sheet: Sheet, raster: CellRaster, title: str) -> bytes:
-    buffer = io.BytesIO()
-    width_pt, height_pt = (_PT_PER_MM * side for side in sheet.page_mm)
-    canvas = Canvas(buffer, pagesize=(width_pt, height_pt), invariant=1, pageCompression=1, initialFontName=font_name())
-    canvas.setTitle(title)
-    canvas.setAuthor("")
-    canvas.setSubject(pattern_summary(pattern))
-    canvas.setCreator(WRITER)
-    canvas.setTrimBox(_inset_box(sheet, SLUG_MM))
-    canvas.setBleedBox(_inset_box(sheet, SLUG_MM - BLEED_MM))
-    canvas.translate(width_pt / 2, height_pt / 2)
-    _draw_pattern(canvas, pattern, raster)
-    _draw_furniture(canvas, sheet)
-    canvas.showPage()
-    canvas.save()
-    return buffer.getvalue()
-
-
-def _inset_box(sheet: Sheet, inset_mm: float) -> tuple[float, float, float, float]:
-    width_mm, height_mm = sheet.page_mm
-    x0, y0, x1, y1 = (_PT_PER_MM * v for v in (inset_mm, inset_mm, width_mm - inset_mm, height_mm - inset_mm))
-    return x0, y0, x1, y1
-
-
-def _draw_pattern(canvas: Canvas, pattern: Pattern, raster: CellRaster) -> None:
-    """Place every block by its rotated matrix, clipped to the pattern area; equal blocks share one image."""
-    palette = palette_of(colorants_of(pattern.colorants), raster)
-    paper_index = palette.index(PAPER_CMYK) if raster.shrink else 0
-    canvas.saveState()
-    width_pt, height_pt = (_PT_PER_MM * side for side in pattern.size_mm)
-    clip = canvas.beginPath()
-    clip.rect(-width_pt / 2, -height_pt / 2, width_pt, height_pt)
-    canvas.clipPath(clip, stroke=0, fill=0)
-    cell_pt = _PT_PER_MM * pattern.dot_size_mm
-    angle = np.deg2rad(pattern.angle_deg)
-    c, s = float(np.cos(angle)) * cell_pt, float(np.sin(angle)) * cell_pt
-    known: set[str] = set()
-    for block in blocks_of(pattern, raster):
-        name = f"cells-{block.image_key[0]}-{block.image_key[1]}"
-        if name not in known:
-            known.add(name)
-            _add_indexed_image(canvas, name, block_indices(pattern, block, raster, paper_index), palette)
-        x, y = c * block.column - s * block.row, s * block.column + c * block.row
-        matrix = (c * block.columns, s * block.columns, -s * block.rows, c * block.rows, x, y)
-        canvas.saveState()
-        # reportlab's own transform() keeps 6 digits, which moves the far corner of a wall-sized pattern
-        canvas.addLiteral(" ".join(f"{value:.7f}" for value in matrix) + " cm")
-        canvas.doForm(name)
-        canvas.restoreState()
-    canvas.restoreState()
-
-
-def _add_indexed_image(
-    canvas: Canvas, name: str, indices: NDArray[np.uint8], palette: tuple[tuple[float, float, float, float], ...]
-) -> None:
-    """Define an image XObject with a CMYK palette, which reportlab has no public call for.
-
-    `indices` has row 0 lowest; a PDF image has its first row on top.
-    """
-    bits = next(bits for bits in (1, 2, 4, 8) if len(palette) <= 2**bits)
-    table = np.rint(255.0 * np.array(palette)).astype(np.uint8).tobytes().hex()
-    dictionary = pdfdoc.PDFDictionary(
-        {
-            "Type": pdfdoc.PDFName("XObject"),
-            "Subtype": pdfdoc.PDFName("Image"),
-            "Width": indices.shape[1],
-            "Height": indices.shape[0],
-            "BitsPerComponent": bits,
-            "ColorSpace": f"[/Indexed /DeviceCMYK {len(palette) - 1} <{table}>]",
-            "Interpolate": pdfdoc.PDFfalse,
-            "Filter": pdfdoc.PDFName("FlateDecode"),
-        }
+    return PrintFigures(
+        sheet_mm=sheet.page_mm,
+        trim_mm=sheet.trim_mm,
+        page_mm=plan.page_mm,
+        pages=plan.pages,
+        plates=sheet.plates.names,
+        subpixels_per_cell=raster.subpixels,
+        ink_spread_um=raster.ink_spread_um,
+        shares=_shares(pattern, sheet, raster),
+        fiducials=FiducialFigures(DICTIONARY, FIDUCIAL_MM, sheet.fiducials),
+        bytes=len(content),
     )
-    image = pdfdoc.PDFStream(dictionary, zlib.compress(_pack(indices[::-1], bits), 9) + b"\n")
-    document = canvas._doc
-    document.Reference(image, document.getXObjectName(name))
-    document.addForm(name, image)
 
 
-def _pack(indices: NDArray[np.uint8], bits: int) -> bytes:
-    """Rows of indices with `bits` bits each, every row from a byte boundary, high bits first."""
-    per_byte = 8 // bits
-    padded = np.pad(indices, ((0, 0), (0, -indices.shape[1] % per_byte)))
-    packed = np.zeros((padded.shape[0], padded.shape[1] // per_byte), np.uint8)
-    for i in range(per_byte):
-        packed |= padded[:, i::per_byte] << np.uint8(8 - bits * (i + 1))
-    return packed.tobytes()
+def _render(pattern: Pattern, sheet: Sheet, raster: CellRaster, plan: PagePlan, *, title: str, vector: bool) -> bytes:
+    with pikepdf.open(io.BytesIO(draw_page(pattern, sheet, raster))) as pdf:
+        add_cells(pdf, pdf.pages[0], pattern, raster, sheet.plates, vector=vector)
+        lay_on_pages(pdf, plan)
+        return pdfx4_bytes(pdf, title=title, subject=pattern_summary(pattern))
 
 
-def _draw_furniture(canvas: Canvas, sheet: Sheet) -> None:
-    canvas.setStrokeColor(_BLACK)
-    for line in sheet.lines:
-        canvas.setLineWidth(_PT_PER_MM * line.width_mm)
-        canvas.line(*(_PT_PER_MM * v for v in (*line.start_mm, *line.end_mm)))
-    canvas.setLineWidth(_PT_PER_MM * 0.1)
-    for patch in sheet.patches:
-        rectangle = (_PT_PER_MM * v for v in (*patch.lower_left_mm, *patch.size_mm))
-        if patch.colorant is None:
-            canvas.rect(*rectangle, stroke=1, fill=0)
-        else:
-            canvas.setFillColor(CMYKColor(*patch.colorant.cmyk))
-            canvas.rect(*rectangle, stroke=0, fill=1)
-    canvas.setFillColor(_BLACK)
-    for text in sheet.texts:
-        canvas.setFont(font_name(), _PT_PER_MM * text.height_mm)
-        x, y = (_PT_PER_MM * v for v in text.at_mm)
-        draw = {"left": canvas.drawString, "middle": canvas.drawCentredString, "right": canvas.drawRightString}
-        draw[text.anchor](x, y, text.text)
+def _shares(pattern: Pattern, sheet: Sheet, raster: CellRaster) -> dict[str, float]:
+    palette = palette_of(sheet.colorants, raster)
+    names = [*pattern.colorants, "bare paper"]
+    shares = printed_shares(pattern, raster, palette)
+    return {name: round(float(share), 6) for name, share in zip(names, shares, strict=False)}

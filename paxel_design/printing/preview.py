@@ -7,8 +7,10 @@ before they are sampled, so that the preview shows no moire that the print has n
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +18,13 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.special import ndtr
 
-from paxel_design.patterns import colorants_of
 from paxel_design.printing.blocks import plan_cell_raster
 from paxel_design.printing.font import font_path
-from paxel_design.printing.sheet import Sheet, pattern_summary, recipe_of, sheet_of
+from paxel_design.printing.furniture import Modules
+from paxel_design.printing.plates import recipe_of
+from paxel_design.printing.sheet import Sheet, pattern_summary, sheet_of
 from paxel_runtime.model.colorimetry import XYZ_to_linear_sRGB, illuminant_D65, linear_sRGB_to_sRGB, spectra_to_XYZ
-from paxel_runtime.model.pattern import OUTSIDE, Pattern, colorant_library
+from paxel_runtime.model.pattern import OUTSIDE, Colorant, Pattern, colorant_library
 
 __all__ = ["Raster", "pattern_detail", "reflectance_to_linear_sRGB", "render_pattern", "write_preview"]
 
@@ -70,12 +73,13 @@ def write_preview(
     dpi: float = 1440,
     ink_spread_um: float = 0.0,
     caption: str = "",
+    recipe: Mapping[str, Any] | None = None,
 ) -> tuple[int, int]:
     """Write a PNG of the sheet that `write_pattern_pdf` makes of the same arguments.
 
     Parameters
     ----------
-    pattern, dpi, ink_spread_um, caption
+    pattern, dpi, ink_spread_um, caption, recipe
         As for `write_pattern_pdf`. The dots are shown as designed, without compensation.
     path : path-like
         The PNG to write.
@@ -91,7 +95,7 @@ def write_preview(
         As `write_pattern_pdf`.
     """
     realised_um = plan_cell_raster(pattern.dot_size_mm, ink_spread_um).ink_spread_um
-    sheet = sheet_of(pattern, dpi=dpi, ink_spread_um=realised_um, caption=caption)
+    sheet = sheet_of(pattern, dpi=dpi, ink_spread_um=realised_um, caption=caption, recipe=recipe)
     width_mm, height_mm = sheet.page_mm
     pixel_mm = max(width_mm / _SHEET_LIMIT_PX[0], height_mm / _SHEET_LIMIT_PX[1])
     sheet_px = (round(width_mm / pixel_mm), round(height_mm / pixel_mm))
@@ -119,11 +123,19 @@ def reflectance_to_linear_sRGB(reflectance: NDArray[np.float64]) -> NDArray[np.f
     return np.asarray(XYZ_to_linear_sRGB(XYZ) / diffuser, np.float64)
 
 
+def _solid_linear_sRGB(colorant: Colorant) -> NDArray[np.float64]:
+    """Colour of a solid patch, (3,): under D65, or of a fluorescent ink the hue of its light; by day it is not seen."""
+    if colorant.fluorescence is None or not colorant.spot:
+        return reflectance_to_linear_sRGB(colorant.reflectance)
+    light = np.clip(XYZ_to_linear_sRGB(spectra_to_XYZ(colorant.fluorescence.emission)), 0.0, None)
+    return np.asarray(light / light.max(), np.float64)
+
+
 def _palette_linear_sRGB(pattern: Pattern) -> NDArray[np.float32]:
     """Colours of the labels, (256, 3): the colorants, and paper outside the pattern."""
-    palette = np.tile(reflectance_to_linear_sRGB(colorant_library()["white"].reflectance), (256, 1))
-    for i, colorant in enumerate(colorants_of(pattern.colorants)):
-        palette[i] = reflectance_to_linear_sRGB(colorant.reflectance)
+    palette = np.tile(reflectance_to_linear_sRGB(pattern.library["white"].reflectance), (256, 1))
+    for i, colorant in enumerate(pattern.palette):
+        palette[i] = _solid_linear_sRGB(colorant)
     return np.clip(palette, 0.0, 1.0).astype(np.float32)
 
 
@@ -219,11 +231,23 @@ def _draw_furniture(draw: ImageDraw.ImageDraw, sheet: Sheet, raster: Raster, bla
         if patch.colorant is None:
             draw.rectangle(box, outline=black)
         else:
-            draw.rectangle(box, fill=_to_RGB(reflectance_to_linear_sRGB(patch.colorant.reflectance)))
+            draw.rectangle(box, fill=_to_RGB(_solid_linear_sRGB(patch.colorant)))
+    for modules in sheet.modules:
+        _draw_modules(draw, modules, raster, black)
     for text in sheet.texts:
         font = _font(text.height_mm / raster.pixel_mm)
         anchor = {"left": "ls", "middle": "ms", "right": "rs"}[text.anchor]
         draw.text(raster.to_px(text.at_mm), text.text, font=font, anchor=anchor, fill=black)
+
+
+def _draw_modules(draw: ImageDraw.ImageDraw, modules: Modules, raster: Raster, black: RGB) -> None:
+    """Black modules, each run as a rectangle from edge to edge of whole pixels."""
+    left, top = modules.upper_left_mm
+    step = modules.module_mm
+    for row, first, length in modules.runs():
+        x0, y0 = raster.to_px((left + step * first, top - step * row))
+        x1, y1 = raster.to_px((left + step * (first + length), top - step * (row + 1)))
+        draw.rectangle([round(x0), round(y0), max(round(x0), round(x1) - 1), max(round(y0), round(y1) - 1)], fill=black)
 
 
 @cache
@@ -268,10 +292,12 @@ def _draw_scale_bar(draw: ImageDraw.ImageDraw, left: int, top: int, pixel_mm: fl
 def _draw_legend(draw: ImageDraw.ImageDraw, pattern: Pattern, left: int, top: int) -> None:
     """A swatch, the name, the recipe and the share of the area of every colorant."""
     palette = _palette_linear_sRGB(pattern)
-    for i, (colorant, share) in enumerate(zip(colorants_of(pattern.colorants), pattern.shares(), strict=True)):
+    for i, (colorant, share) in enumerate(zip(pattern.palette, pattern.shares(), strict=True)):
         y = top + 28 * i
         draw.rectangle([left, y, left + 36, y + 20], fill=_to_RGB(palette[i]))
         line = f"{colorant.name}: {recipe_of(colorant)}, {100 * share:.1f} % of the area"
         draw.text((left + 48, y + 10), line, font=_font(_TEXT_PX), anchor="lm", fill=_FOREGROUND)
     y = top + 28 * len(pattern.colorants) + 10
-    draw.text((left, y), "colours of the solids under D65", font=_font(_TEXT_PX), anchor="lm", fill=_FOREGROUND)
+    glows = any(colorant.fluorescence is not None and colorant.spot for colorant in pattern.palette)
+    note = "colours of the solids under D65" + ("; of fluorescent inks, of their own light" if glows else "")
+    draw.text((left, y), note, font=_font(_TEXT_PX), anchor="lm", fill=_FOREGROUND)

@@ -1,32 +1,46 @@
-"""The furniture of a print sheet: sizes, crop marks, rulers, colour patches and caption, as data in millimetres.
+"""The print sheet around a pattern: how large it is, and where its furniture lies, as data in millimetres.
 
-PDF and preview draw the same `Sheet`, so they cannot differ. Same geometry as `Pattern`: origin at the centre
-of the pattern, +x right, +y up. The border between pattern and trim is bare paper but for the furniture.
+PDF and preview draw the same `Sheet`, so they cannot differ. Same geometry as `Pattern`: origin at the centre of the
+pattern, which is the centre of the sheet too, +x right, +y up. The border between pattern and trim is bare paper but
+for the furniture: a fiducial beyond each corner, the patches above, the y ruler on the left, the x ruler, the captions
+and the code below. On a large sheet all that lies between the fiducials; on a small one, beyond them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
-from paxel_design.patterns import colorants_of
-from paxel_design.printing.font import missing_characters, text_width_mm
+from paxel_design.printing.fiducials import (
+    FIDUCIAL_GAP_MM,
+    FIDUCIAL_MM,
+    FIDUCIAL_MODULES,
+    Fiducial,
+    fiducials_of,
+)
+from paxel_design.printing.font import missing_characters
+from paxel_design.printing.furniture import (
+    PATCH_PITCH_MM,
+    PATCH_ROW_MM,
+    RULER_MM,
+    Line,
+    Modules,
+    Patch,
+    Text,
+    crop_marks,
+    patch_rows,
+    ruler,
+    solids_of,
+    wrap_text,
+)
+from paxel_design.printing.plates import Plates, plates_of
+from paxel_design.printing.sheet_code import code_modules, code_text
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Colorant, Pattern
 from paxel_runtime.version import WRITER
 
-__all__ = [
-    "BLEED_MM",
-    "RULER_MM",
-    "SLUG_MM",
-    "Line",
-    "Patch",
-    "Sheet",
-    "Text",
-    "pattern_summary",
-    "recipe_of",
-    "sheet_of",
-]
+__all__ = ["BLEED_MM", "SLUG_MM", "Sheet", "pattern_summary", "sheet_of"]
 
 BLEED_MM = 3.0
 """Paper beyond the trim that a shop asks for; nothing of the sheet reaches into it."""
@@ -34,47 +48,18 @@ BLEED_MM = 3.0
 SLUG_MM = 12.0
 """Paper beyond the trim that holds the crop marks."""
 
-RULER_MM = 100
-"""Length of the two rulers, between the centres of their outer ticks."""
-
-_SIDE_MM = 25.0
-_END_MM = 40.0
-_PATCH_MM = 22.0
-_PATCH_PITCH_MM = 30.0
-_MARK_MM = 5.0
-_HAIRLINE_MM = 0.1
-_SMALL_TEXT_MM = 2.4
+_EDGE_MM = 4.0  # between the furniture and the trim
+_CORNER_MM = FIDUCIAL_GAP_MM + FIDUCIAL_MM  # beyond the pattern, in x and in y
+_BELT_MM = _CORNER_MM + 4.0
+_SIDE_RULER_MM = 9.0  # from the pattern, or from what lies between, to the line of the y ruler
+_SIDE_RULER_WIDTH_MM = 22.0
+_RULER_TEXTS_MM = 2.0  # of the y ruler beyond its ends
+_ROW_GAP_MM = 4.0
+_CODE_MODULE_MM = 0.6  # 7 pixels at 300 dpi
+_CODE_QUIET_MM = 4 * _CODE_MODULE_MM  # of bare paper around a QR code (ISO 18004)
 _TEXT_MM = 2.8
+_LINE_MM = 4.6
 _CAPTION_LIMIT = 120
-_LARGEST_PAGE_MM = 5080.0  # 14400 pt, the largest page of a PDF without UserUnit
-
-
-@dataclass(frozen=True)
-class Line:
-    """A thin black line."""
-
-    start_mm: tuple[float, float]
-    end_mm: tuple[float, float]
-    width_mm: float = _HAIRLINE_MM
-
-
-@dataclass(frozen=True)
-class Patch:
-    """A rectangle of one solid colorant, or of bare paper (`colorant` is None) within an outline."""
-
-    lower_left_mm: tuple[float, float]
-    size_mm: tuple[float, float]
-    colorant: Colorant | None
-
-
-@dataclass(frozen=True)
-class Text:
-    """A line of black text on its baseline; `height_mm` is the font size."""
-
-    text: str
-    at_mm: tuple[float, float]
-    height_mm: float
-    anchor: Literal["left", "middle", "right"] = "left"
 
 
 @dataclass(frozen=True)
@@ -85,14 +70,27 @@ class Sheet:
     ----------
     trim_mm : (float, float)
         Width and height of the sheet after cutting; the pattern lies at its centre.
-    lines, patches, texts
+    colorants : tuple of Colorant
+        Those of the pattern, in its order.
+    plates : Plates
+        What prints them.
+    lines, patches, texts, modules
         The furniture.
+    fiducials : tuple of Fiducial
+        The markers among `modules`.
+    code : str
+        The text of the QR code.
     """
 
     trim_mm: tuple[float, float]
+    colorants: tuple[Colorant, ...]
+    plates: Plates
     lines: tuple[Line, ...]
     patches: tuple[Patch, ...]
     texts: tuple[Text, ...]
+    modules: tuple[Modules, ...]
+    fiducials: tuple[Fiducial, ...]
+    code: str
 
     @property
     def page_mm(self) -> tuple[float, float]:
@@ -109,7 +107,14 @@ def pattern_summary(pattern: Pattern) -> str:
     )
 
 
-def sheet_of(pattern: Pattern, *, dpi: float, ink_spread_um: float, caption: str) -> Sheet:
+def sheet_of(
+    pattern: Pattern,
+    *,
+    dpi: float,
+    ink_spread_um: float,
+    caption: str,
+    recipe: Mapping[str, Any] | None = None,
+) -> Sheet:
     """Lay out the sheet of a pattern.
 
     Parameters
@@ -122,42 +127,86 @@ def sheet_of(pattern: Pattern, *, dpi: float, ink_spread_um: float, caption: str
         The compensation that is realised, for the caption.
     caption : str
         The user's own line, at most 120 characters; may be empty.
+    recipe : mapping, optional
+        See `paxel_design.printing.sheet_code.code_text`.
 
     Raises
     ------
     InputError
-        If a dot has less than 3 dots of the printer, the page exceeds 5080 mm, the caption is no single line of at
-        most 120 characters, or a colorant is unknown.
+        If a dot has less than 3 dots of the printer, the caption is no single line of at most 120 characters,
+        or a spot plate or the code of the sheet is impossible.
     """
+    inks = pattern.palette
     _check(pattern, dpi, caption)
-    half_height = pattern.size_mm[1] / 2
-    colorants = colorants_of(pattern.colorants)
-    captions = _captions(pattern, dpi, ink_spread_um, caption)
-    solids = _solids(colorants)
-    band_mm = max(
-        pattern.size_mm[0],
-        RULER_MM + 10.0,
-        len(solids) * _PATCH_PITCH_MM,
-        max(text_width_mm(line, _TEXT_MM) for line in captions),
+    code = code_text(pattern, recipe)
+    matrix = code_modules(code)
+    code_mm = len(matrix) * _CODE_MODULE_MM + 2 * _CODE_QUIET_MM
+    frame = _frame(pattern.size_mm, RULER_MM + 10.0 + _ROW_GAP_MM + code_mm)
+    y_ruler = ruler(frame.y_ruler_mm, along_x=False)
+    x_ruler = ruler((-frame.row_mm / 2, -frame.rows_from_mm - 10.0), along_x=True)
+    solids, per_row = solids_of(inks), int(frame.row_mm / PATCH_PITCH_MM)
+    patches, patch_texts = patch_rows(solids, (-frame.row_mm / 2, frame.rows_from_mm + 2.0), per_row)
+    column_mm = frame.row_mm - _ROW_GAP_MM - code_mm
+    captions = _captions(pattern, dpi, ink_spread_um, caption, column_mm)
+    baselines_mm = [-frame.rows_from_mm - 20.0 - _LINE_MM * i for i in range(len(captions))]
+    texts = [Text(line, (-frame.row_mm / 2, y), _TEXT_MM) for line, y in zip(captions, baselines_mm, strict=True)]
+    code_at = (frame.row_mm / 2 - code_mm + _CODE_QUIET_MM, -frame.rows_from_mm - _CODE_QUIET_MM)
+    fiducials = fiducials_of(pattern.size_mm)
+    half_height = max(
+        frame.half_mm[1],
+        frame.rows_from_mm + 2.0 + PATCH_ROW_MM * -(-len(solids) // per_row),
+        frame.rows_from_mm + code_mm,
+        1.0 - baselines_mm[-1],
     )
-    trim_mm = (band_mm + 2 * _SIDE_MM, max(pattern.size_mm[1] + 2 * _END_MM, RULER_MM + 30.0))
-    if max(trim_mm) + 2 * SLUG_MM > _LARGEST_PAGE_MM:
-        raise InputError(
-            f"a sheet must be at most {_LARGEST_PAGE_MM - 2 * SLUG_MM:g} mm on each side with its border, "
-            f"got {trim_mm[0]:g} x {trim_mm[1]:g} mm: print the pattern in several parts"
-        )
-    left = -band_mm / 2
-    x_ruler = _ruler((left, -half_height - 12.0), along_x=True)
-    y_start = -half_height if pattern.size_mm[1] >= RULER_MM else -RULER_MM / 2
-    y_ruler = _ruler((left - 9.0, y_start), along_x=False)
-    patches, patch_texts = _patches(solids, left, half_height + 8.0)
-    texts = [Text(line, (left, -half_height - 23.0 - 4.6 * i), _TEXT_MM) for i, line in enumerate(captions)]
+    trim_mm = (2 * (frame.half_mm[0] + _EDGE_MM), 2 * (half_height + _EDGE_MM))
     return Sheet(
         trim_mm,
-        (*_crop_marks(trim_mm), *x_ruler[0], *y_ruler[0]),
+        inks,
+        plates_of(inks),
+        (*crop_marks(trim_mm, BLEED_MM + 1.0), *x_ruler[0], *y_ruler[0]),
         tuple(patches),
         (*texts, *x_ruler[1], *y_ruler[1], *patch_texts),
+        (*map(_marker, fiducials), Modules(matrix, code_at, _CODE_MODULE_MM)),
+        fiducials,
+        code,
     )
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Where furniture may lie: rows `row_mm` wide about x = 0, at least `rows_from_mm` above and below the centre.
+
+    `half_mm` is what the sheet needs on each side of the centre, the rows apart.
+    """
+
+    row_mm: float
+    rows_from_mm: float
+    y_ruler_mm: tuple[float, float]
+    half_mm: tuple[float, float]
+
+
+def _frame(size_mm: tuple[float, float], least_row_mm: float) -> _Frame:
+    """Between the fiducials what fits there, beyond them what does not."""
+    half_width, half_height = size_mm[0] / 2, size_mm[1] / 2
+    row_mm = max(size_mm[0], least_row_mm)
+    between, tall = size_mm[0] >= least_row_mm, size_mm[1] >= RULER_MM + 2 * _RULER_TEXTS_MM
+    rows_from_mm = half_height + FIDUCIAL_GAP_MM if between else half_height + _BELT_MM
+    ruler_right_mm = half_width if tall else half_width + _BELT_MM
+    if not (tall or between):
+        rows_from_mm = max(rows_from_mm, RULER_MM / 2 + _RULER_TEXTS_MM)
+    return _Frame(
+        row_mm,
+        rows_from_mm,
+        (-ruler_right_mm - _SIDE_RULER_MM, _RULER_TEXTS_MM - half_height if tall else -RULER_MM / 2),
+        (
+            max(row_mm / 2, half_width + _CORNER_MM, ruler_right_mm + _SIDE_RULER_WIDTH_MM),
+            max(half_height + _CORNER_MM, RULER_MM / 2 + _RULER_TEXTS_MM),
+        ),
+    )
+
+
+def _marker(fiducial: Fiducial) -> Modules:
+    return Modules(FIDUCIAL_MODULES[fiducial.id], fiducial.corners_mm[0], FIDUCIAL_MM / len(FIDUCIAL_MODULES[0]))
 
 
 def _check(pattern: Pattern, dpi: float, caption: str) -> None:
@@ -178,59 +227,8 @@ def _check(pattern: Pattern, dpi: float, caption: str) -> None:
         raise InputError(f"caption must be in Latin letters, digits and signs, got {missing!r}: write it without these")
 
 
-def _captions(pattern: Pattern, dpi: float, ink_spread_um: float, caption: str) -> list[str]:
+def _captions(pattern: Pattern, dpi: float, ink_spread_um: float, caption: str, width_mm: float) -> list[str]:
     compensation = f"dots shrunk by {ink_spread_um:.1f} µm" if ink_spread_um else "no ink-spread compensation"
     made = f"{dpi:g} dpi, {compensation}, print at 100 % (no scaling), {WRITER}"
-    return [line for line in (caption, pattern_summary(pattern), made) if line]
-
-
-def _crop_marks(trim_mm: tuple[float, float]) -> list[Line]:
-    marks = []
-    for side_x in (-1, 1):
-        for side_y in (-1, 1):
-            x, y = side_x * trim_mm[0] / 2, side_y * trim_mm[1] / 2
-            near, far = BLEED_MM + 1.0, BLEED_MM + 1.0 + _MARK_MM
-            marks.append(Line((x + side_x * near, y), (x + side_x * far, y)))
-            marks.append(Line((x, y + side_y * near), (x, y + side_y * far)))
-    return marks
-
-
-def _ruler(start_mm: tuple[float, float], *, along_x: bool) -> tuple[list[Line], list[Text]]:
-    """A 100 mm ruler with millimetre ticks, the long ones at 0 and 100 mm, its figures on the outer side."""
-    x, y = start_mm
-    lines, texts = [], []
-    for mm in range(RULER_MM + 1):
-        length = 7.0 if mm in (0, RULER_MM) else 4.0 if mm % 10 == 0 else 2.5 if mm % 5 == 0 else 1.5
-        at = (x + mm, y) if along_x else (x, y + mm)
-        lines.append(Line(at, (at[0], y + length) if along_x else (x + length, at[1])))
-        if mm % 10 == 0:
-            figure = f"{mm} mm" if mm == RULER_MM else str(mm)
-            middle = (at[0], y - 3.0) if along_x else (x - 1.0, at[1] - 0.35 * _SMALL_TEXT_MM)
-            texts.append(Text(figure, middle, _SMALL_TEXT_MM, "middle" if along_x else "right"))
-    end = (x + RULER_MM, y) if along_x else (x, y + RULER_MM)
-    return [Line(start_mm, end), *lines], texts
-
-
-def _solids(colorants: tuple[Colorant, ...]) -> list[tuple[str, Colorant | None]]:
-    """Names and solids of the patches: every colorant, and bare paper (None) if it is not one of them."""
-    solids = [(colorant.name, colorant if max(colorant.cmyk) > 0 else None) for colorant in colorants]
-    return solids if any(colorant is None for _, colorant in solids) else [*solids, ("bare paper", None)]
-
-
-def _patches(
-    solids: list[tuple[str, Colorant | None]], left_mm: float, bottom_mm: float
-) -> tuple[list[Patch], list[Text]]:
-    """A row of solid patches, each under its name and recipe."""
-    patches, texts = [], []
-    for i, (name, colorant) in enumerate(solids):
-        x, top = left_mm + i * _PATCH_PITCH_MM, bottom_mm + _PATCH_MM
-        patches.append(Patch((x, bottom_mm), (_PATCH_MM, _PATCH_MM), colorant))
-        texts.append(Text(name, (x, top + 4.6), _SMALL_TEXT_MM))
-        texts.append(Text(recipe_of(colorant), (x, top + 1.4), 0.85 * _SMALL_TEXT_MM))
-    return patches, texts
-
-
-def recipe_of(colorant: Colorant | None) -> str:
-    """The printer's recipe of a colorant, such as ``"M100 Y100"``; None is bare paper."""
-    shares = zip("CMYK", colorant.cmyk if colorant else (0.0,) * 4, strict=True)
-    return " ".join(f"{ink}{100 * share:g}" for ink, share in shares if share) or "no ink"
+    paragraphs = (caption, pattern_summary(pattern), made)
+    return [line for paragraph in paragraphs for line in wrap_text(paragraph, _TEXT_MM, width_mm)]

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from paxel_design.gamut import (
     MESH_FORMATS,
+    RGB_SPACES,
+    GamutMesh,
     JointGamut,
-    gamut_mesh,
+    coverage,
+    hue_change_area,
+    hue_figures,
     lightness_area,
     lightness_figures,
-    sub_gamut,
+    sampled_figures,
+    sampled_gamut,
+    subgamut_and_mesh,
     subgamut_arrays,
     subgamut_figures,
     write_mesh,
@@ -25,9 +32,48 @@ from paxel_runtime.model.effects import DualImage, Effect, Full, Neutralize, par
 from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.storage import file_sha256, load_model, read_json, write_atomically, write_json, write_npz
 
-__all__ = ["gamut_files", "make_gamut", "make_gamut_of_model"]
+__all__ = ["GamutRequest", "gamut_files", "make_gamut", "make_gamut_of_model"]
 
 Progress = Callable[[str, int, int], None]
+
+METHODS = ("exact", "sampling")
+
+
+@dataclass(frozen=True)
+class GamutRequest:
+    """How, and what besides sub-gamuts.
+
+    Attributes
+    ----------
+    method : str
+        ``"exact"``, or ``"sampling"`` for the paper's grid of inputs (figures and cells, no mesh).
+    step : float
+        Grid of level sets, CIELAB units, 0.5..8.
+    hue_area_deg : float or None
+        Also the hue-change area at this angle.
+    picture : Path or None
+        Also one picture of all sub-gamuts.
+    """
+
+    method: str = "exact"
+    step: float = 2.0
+    hue_area_deg: float | None = None
+    picture: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise InputError(f"--method must be one of {', '.join(METHODS)}; got {self.method!r}")
+        if not 0.5 <= self.step <= 8:
+            raise InputError(f"--step must be 0.5..8 CIELAB units, got {self.step!r}")
+        if self.picture is not None and self.picture.suffix != ".png":
+            raise InputError(f"--picture must end in .png, got {self.picture.name}")
+        if self.picture is not None and self.method == "sampling":
+            raise InputError("--picture needs meshes, and --method sampling makes none; leave one of them out")
+
+    @property
+    def hue_record(self) -> str:
+        """File name of the hue-change area's record."""
+        return f"hue-{self.hue_area_deg:g}.json"
 
 
 def _wanted_effects(model: PredictionModel, effect: Effect | None, shown_on: str) -> list[tuple[Effect, str]]:
@@ -42,68 +88,130 @@ def _wanted_effects(model: PredictionModel, effect: Effect | None, shown_on: str
     return wanted
 
 
-def gamut_files(installation: Installation, effect: Effect | None, shown_on: str) -> list[str]:
+def gamut_files(
+    installation: Installation, effect: Effect | None, shown_on: str, request: GamutRequest | None = None
+) -> list[str]:
     """Names of the records that `make_gamut` writes for the same arguments."""
+    request = request or GamutRequest()
     model = load_model(installation.folder("calibration") / "model.json")
-    names = [f"{e.name}.on-{surface}.json" for e, surface in _wanted_effects(model, effect, shown_on)]
-    return names if effect is not None or model.white is None else ["lightness.json", *names]
+    suffix = "_sampled" if request.method == "sampling" else ""
+    names = [f"{e.name}{suffix}.on-{surface}.json" for e, surface in _wanted_effects(model, effect, shown_on)]
+    if effect is None and model.white is not None:
+        names = ["lightness.json", *names]
+    return names if request.hue_area_deg is None else [*names, request.hue_record]
 
 
 def _write_gamuts(
-    folder: Path, model: PredictionModel, effect: Effect | None, shown_on: str, inputs: dict[str, Any], report: Progress
+    folder: Path,
+    model: PredictionModel,
+    effect: Effect | None,
+    shown_on: str,
+    inputs: dict[str, Any],
+    report: Progress,
+    request: GamutRequest,
 ) -> dict[str, Any]:
     """Compute and write into `folder`; returns the records by file name."""
     wanted = _wanted_effects(model, effect, shown_on)
     joint = JointGamut(model)
     results: dict[str, Any] = {}
+
+    def keep(name: str, record: dict[str, Any]) -> None:
+        results[name] = {**record, "inputs": inputs}
+        write_json(folder / name, results[name])
+
     if effect is None:
         write_npz(folder / "joint.npz", normals=joint.normals, offsets=joint.offsets, white_point=model.white_point)
         if model.white is not None:
             report("lightness area", 0, len(wanted))
-            results["lightness.json"] = {**lightness_figures(lightness_area(joint)), "inputs": inputs}
-            write_json(folder / "lightness.json", results["lightness.json"])
+            keep("lightness.json", lightness_figures(lightness_area(joint)))
+    meshes: dict[str, GamutMesh] = {}
     for k, (one, surface) in enumerate(wanted):
         report(f"{one.name} on {surface}", k, len(wanted))
-        gamut = sub_gamut(joint, one, surface)
-        mesh = gamut_mesh(gamut)
+        if request.method == "sampling":
+            told = partial(report, f"sample {one.name} on {surface}")
+            cells = sampled_gamut(joint, one, surface, progress=told)
+            write_npz(folder / f"{cells.file_stem}.npz", **subgamut_arrays(cells))
+            keep(f"{cells.file_stem}.json", {**sampled_figures(cells), "text": one.text})
+            continue
+        gamut, mesh = subgamut_and_mesh(joint, one, surface, step=request.step)
+        meshes[f"{one.text} on {surface}"] = mesh
         write_npz(folder / f"{gamut.file_stem}.npz", **subgamut_arrays(gamut, mesh))
         for suffix in MESH_FORMATS:
             write_atomically(folder / f"{gamut.file_stem}{suffix}", partial(write_mesh, mesh))
-        record = {**subgamut_figures(gamut, mesh), "text": one.text, "inputs": inputs}
-        results[f"{gamut.file_stem}.json"] = record
-        write_json(folder / f"{gamut.file_stem}.json", record)
+        record = {**subgamut_figures(gamut, mesh), "text": one.text}
+        if isinstance(one, Full):
+            record["coverage"] = {name: coverage(mesh, name) for name in RGB_SPACES}
+        keep(f"{gamut.file_stem}.json", record)
+    if request.hue_area_deg is not None:
+        report("hue-change area", 0, 1)
+        keep(request.hue_record, hue_figures(hue_change_area(joint, request.hue_area_deg)))
+    if request.picture is not None:
+        report("picture", 0, 1)
+        _draw(request.picture, joint, meshes)
     return results
 
 
+def _draw(path: Path, joint: JointGamut, meshes: dict[str, GamutMesh]) -> None:
+    """One picture of all bodies; a single one on the pattern or the white surface stands in its full gamut."""
+    from paxel_design.gamut.scenes import SceneBody, write_scene  # pyvista is heavy
+
+    if len(meshes) == 1:
+        (label,) = meshes
+        surface = label.rsplit(" on ", 1)[1]
+        if not label.startswith("full "):
+            meshes = {f"full on {surface}": subgamut_and_mesh(joint, Full(), surface)[1], **meshes}
+    write_atomically(path, lambda to: write_scene(to, [SceneBody(mesh, label) for label, mesh in meshes.items()]))
+
+
 def make_gamut(
-    installation: Installation, effect: Effect | None, shown_on: str, report: Progress = lambda *_: None
+    installation: Installation,
+    effect: Effect | None,
+    shown_on: str,
+    report: Progress = lambda *_: None,
+    request: GamutRequest | None = None,
 ) -> dict[str, Any]:
     """Write sub-gamuts into ``gamut/``; returns the records by file name.
 
     Results of an older model that are not asked for now are computed anew too: nothing stale stays beside new ones.
     """
+    request = request or GamutRequest()
     model = load_model(installation.folder("calibration") / "model.json")
     inputs = installation.inputs("gamut")
+    plain = GamutRequest()
     with installation.writing("gamut", keep=True) as folder:
-        outdated = [p for p in sorted(folder.glob("*.on-*.json")) if read_json(p).get("inputs") != inputs]
-        lightness = folder / "lightness.json"
-        refresh_default = lightness.is_file() and read_json(lightness).get("inputs") != inputs
-        results = _write_gamuts(folder, model, effect, shown_on, inputs, report)
-        for record in outdated:
-            if record.name not in results:
-                old = read_json(record)
-                _write_gamuts(folder, model, parse_effect(old["text"]), old["shown_on"], inputs, report)
-        if refresh_default and effect is not None:
-            _write_gamuts(folder, model, None, "pattern", inputs, report)
+        records = {path: read_json(path) for path in sorted(folder.glob("*.json"))}
+        outdated = {path.name: old for path, old in records.items() if old.get("inputs") != inputs}
+        results = _write_gamuts(folder, model, effect, shown_on, inputs, report, request)
+        for name, old in outdated.items():
+            if name in results or not (folder / name).is_file():
+                continue
+            if "sampled" in old:  # minutes: it is made again when it is asked for again
+                for path in (folder / name, (folder / name).with_suffix(".npz")):
+                    path.unlink(missing_ok=True)
+            elif "angle_deg" in old:
+                figures = hue_figures(hue_change_area(JointGamut(model), old["angle_deg"]))
+                write_json(folder / name, {**figures, "inputs": inputs})
+            elif name == "lightness.json":
+                _write_gamuts(folder, model, None, "pattern", inputs, report, plain)
+            elif read_json(folder / name).get("inputs") != inputs:
+                _write_gamuts(folder, model, parse_effect(old["text"]), old["shown_on"], inputs, report, plain)
     return results
 
 
-def make_gamut_of_model(path: Path, effect: Effect | None, shown_on: str, out: Path | None) -> dict[str, Any]:
+def make_gamut_of_model(
+    path: Path,
+    effect: Effect | None,
+    shown_on: str,
+    out: Path | None,
+    report: Progress = lambda *_: None,
+    request: GamutRequest | None = None,
+) -> dict[str, Any]:
     """The same for a model file on its own; writes only where `out` names a folder."""
     model = load_model(path)
+    request = request or GamutRequest()
     inputs = {"settings": {}, "files": {path.name: file_sha256(path)}}
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        return _write_gamuts(out, model, effect, shown_on, inputs, lambda *_: None)
+        return _write_gamuts(out, model, effect, shown_on, inputs, report, request)
     with tempfile.TemporaryDirectory() as scratch:
-        return _write_gamuts(Path(scratch), model, effect, shown_on, inputs, lambda *_: None)
+        return _write_gamuts(Path(scratch), model, effect, shown_on, inputs, report, request)

@@ -10,7 +10,7 @@ from paxel_design.stages.gamut import gamut_files, make_gamut
 from paxel_runtime import stages as runtime
 from paxel_runtime.errors import InstallationError
 from paxel_runtime.installation import Installation
-from paxel_runtime.model.effects import Effect, parse_effect
+from paxel_runtime.model.effects import Effect, parse_effect, require_projectable
 from paxel_runtime.storage import read_json
 
 __all__ = ["make_previews", "make_projection_stage", "recorded_projections"]
@@ -38,6 +38,7 @@ def make_projection_stage(
     progress: Progress = lambda *_: None,
 ) -> tuple[dict[str, Any], bool]:
     """Make one projection, its sub-gamut first where that is out of date; returns the record and whether it is new."""
+    require_projectable(effect)
     gamut_inputs = installation.inputs("gamut")
     records = [installation.folder("gamut") / file for file in gamut_files(installation, effect, shown_on)]
     if not all(path.is_file() and read_json(path).get("inputs") == gamut_inputs for path in records):

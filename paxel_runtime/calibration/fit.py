@@ -5,26 +5,33 @@ Pure functions of readings by name; which readings there are stands in ``exposur
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import isotonic_regression
 
+from paxel_runtime.calibration.checks import check_readings
+from paxel_runtime.calibration.ramps import Curve, fit_curve, picture_shares, spectral_shares
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure
+from paxel_runtime.exposures import Exposure, white_reading
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
 
-__all__ = ["fit_model"]
+__all__ = ["fit_model", "fit_response"]
+
+Readings = Mapping[str, NDArray[np.float64]]
+Captures = Callable[[str], NDArray[np.uint16]]
 
 
 def fit_model(
-    readings: Mapping[str, NDArray[np.float64]],
+    readings: Readings,
     plan: Iterable[Exposure],
     channels: tuple[str, ...],
     clusters: tuple[str, ...],
+    *,
+    curve: Curve = "measured",
+    captures: Captures | None = None,
 ) -> PredictionModel:
     """Response curves, black levels and A from spectral readings (Eqs. 1-3, black-subtracted).
 
@@ -36,52 +43,57 @@ def fit_model(
         What the readings looked at.
     clusters : tuple of str
         Names of the K clusters; the readings of this K are used.
+    curve : "measured" | "gamma"
+        Of the response; see `ramps.fit_curve`.
+    captures : callable, optional
+        Gives a picture by its name; needed where the camera looked at the ramps.
 
     Raises
     ------
     CalibrationError
-        If a reading is missing or a channel gives no light.
+        If a reading is missing or cannot be right (`checks.check_readings`), or a ramp is not one.
     """
     plan = list(plan)
-    K, N = len(clusters), len(channels)
-    read = {name: spectra_to_XYZ(spectrum) for name, spectrum in readings.items()}
-    missing = [e.name for e in plan if e.device == "meter" and e.clusters in (0, K) and e.name not in read]
-    if missing:
-        raise CalibrationError(f"{len(missing)} readings are missing, the first is {missing[0]}; run: paxel capture")
-    Y_white = read["read-white-white"][1]
+    K = len(clusters)
+    check_readings(readings, plan, channels, K)
+    white = spectra_to_XYZ(readings[white_reading(readings)])
     surfaces = {}
-    for surface in ("pattern", "white"):
-        black = read[f"read-{surface}-black"] / Y_white
-        columns = [
-            read[f"read-{surface}-K{K}-{i}-{channel}"] / Y_white - black for i in range(K) for channel in channels
-        ]
-        surfaces[surface] = SurfaceModel(A=np.stack(columns, axis=1), black=black)
-    assert surfaces["pattern"].A.shape == (3, K * N)
+    for surface in dict.fromkeys(e.surface for e in plan if e.name.endswith("-black") and e.device == "meter"):
+        dark = readings[f"read-{surface}-black"]
+        names = [f"read-{surface}-K{K}-{i}-{channel}" for i in range(K) for channel in channels]
+        A = spectra_to_XYZ(np.array([readings[name] - dark for name in names])).T / white[1]
+        surfaces[surface] = SurfaceModel(A=A, black=spectra_to_XYZ(dark) / white[1])
     return PredictionModel(
         channels=channels,
         clusters=clusters,
         pattern=surfaces["pattern"],
-        white=surfaces["white"],
-        white_point=read["read-white-white"] / Y_white,
-        response=_fit_response(readings, plan, channels),
+        white=surfaces.get("white"),
+        white_point=white / white[1],
+        response=fit_response(readings, plan, channels, curve=curve, captures=captures),
     )
 
 
-def _fit_response(
-    readings: Mapping[str, NDArray[np.float64]], plan: Iterable[Exposure], channels: tuple[str, ...]
+def fit_response(
+    readings: Readings,
+    plan: Iterable[Exposure],
+    channels: tuple[str, ...],
+    *,
+    curve: Curve = "measured",
+    captures: Captures | None = None,
 ) -> ProjectorResponse:
-    """Ramp of each channel: black-subtracted, as a share of the full spectrum, made monotone."""
-    codes, linears = [], []
+    """Response curves from the ramps of every channel; parameters and errors as `fit_model`."""
+    plan = list(plan)
+    curves = []
     for j, channel in enumerate(channels):
         ramp = [e for e in plan if e.name.startswith("ramp-") and e.channel == channel]
-        spectra = np.array([readings[e.name] for e in ramp])
-        light = spectra - spectra[0]
-        energy = float(light[-1] @ light[-1])
-        if not energy > 0:
-            raise CalibrationError(f"the {channel} ramp gives no light: is the channel connected and the meter aimed?")
-        share = isotonic_regression(light @ light[-1] / energy).x
-        share = np.clip(share, 0.0, 1.0)
-        share[0], share[-1] = 0.0, 1.0
-        codes.append(np.array([e.P[0][j] for e in ramp]))
-        linears.append(share)
-    return ProjectorResponse(tuple(codes), tuple(linears))
+        names = [e.name for e in ramp]
+        if not ramp:
+            raise CalibrationError(f"there is no ramp of {channel}: its readings are missing; run: paxel capture")
+        if ramp[0].device == "meter":
+            shares = spectral_shares(np.array([readings[name] for name in names]))
+        elif captures is not None:
+            shares = picture_shares(lambda k, names=names: captures(names[k]), len(names))  # type: ignore[misc]
+        else:
+            raise CalibrationError(f"the {channel} ramp was taken by the camera, and no pictures were given")
+        curves.append(fit_curve(np.array([e.P[0][j] for e in ramp]), shares, names, channel, curve))
+    return ProjectorResponse(tuple(code for code, _ in curves), tuple(linear for _, linear in curves))

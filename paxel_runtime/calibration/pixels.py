@@ -6,23 +6,38 @@ Pure functions of captures (paper: IV-A, IV-B); what is shown stands in ``exposu
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
+from numpy.typing import ArrayLike, NDArray
 
-from paxel_runtime.clustering import Clusters, cluster
+from paxel_runtime.calibration.nodal import (
+    Captures,
+    Normalise,
+    nodal_reflectance,
+    nodal_to_linear_sRGB,
+    pattern_area,
+    reflectance_picture,
+)
+from paxel_runtime.clustering import Agreement, Clusters, agreement, cluster, cluster_coverages
+from paxel_runtime.clustering.clusters import Space
 from paxel_runtime.errors import CalibrationError
 from paxel_runtime.exposures import exposure_name, guide_channel
-from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ
-from paxel_runtime.registration import ChannelRegistration, fit_registration, verdict, warp_to_nodal
-from paxel_runtime.structured_light import Decoded, decode
+from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_linear_sRGB, linear_sRGB_to_XYZ
+from paxel_runtime.model.pattern import Pattern
+from paxel_runtime.registration import TABLES, ChannelRegistration, verdict
+from paxel_runtime.registration.design import register_design
+from paxel_runtime.registration.print_start import homography_from_corners, homography_from_fiducials
+from paxel_runtime.structured_light import Decoded, Method, decode
 
-__all__ = ["SortedPixels", "nodal_reflectance", "pattern_area", "register", "sort_pixels"]
+__all__ = ["SortedPixels", "register", "sort_by_design", "sort_pixels"]
 
-Captures = Callable[[str], NDArray[np.uint16]]
 Progress = Callable[[str], None]
+Fiducials = tuple[Mapping[int, ArrayLike], str]
+
+_OUTSIDE_SHARE = 0.5
+"""Share of a pixel that may lie beyond the pattern."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +54,10 @@ class SortedPixels:
     valid : (H, W) bool array
         Pixels registered in every channel.
     clusters : dict of K -> Clusters
+    design : dict
+        Figures of the registration of the known pattern, where pixels were sorted by it; else empty.
+    cross_check : dict of K -> Agreement
+        Then also how clusters by k-means agree with them.
     """
 
     registration: dict[str, ChannelRegistration]
@@ -46,6 +65,8 @@ class SortedPixels:
     nodal: NDArray[np.float32]
     valid: NDArray[np.bool_]
     clusters: dict[int, Clusters]
+    design: dict[str, Any] = field(default_factory=dict)
+    cross_check: dict[int, Agreement] = field(default_factory=dict)
 
 
 def register(
@@ -53,6 +74,8 @@ def register(
     channels: tuple[str, ...],
     resolution: tuple[int, int],
     progress: Progress = lambda message: None,
+    method: Method = "lines",
+    table: str = "fit",
 ) -> tuple[dict[str, ChannelRegistration], dict[str, Decoded]]:
     """Decode the structured light of every channel and fit one lookup table a channel (paper: IV-A).
 
@@ -65,6 +88,10 @@ def register(
         Width and height of the projector.
     progress : callable, optional
         Told what is being done.
+    method : "lines" | "phase"
+        What refines the Gray code.
+    table : str
+        A key of `registration.TABLES`.
 
     Raises
     ------
@@ -80,28 +107,11 @@ def register(
             lambda name, channel=channel: captures(f"light-{channel}-{name}"),  # type: ignore[misc]
             *resolution,
             guide=decoded.get(guide_name),
+            method=method,
         )
         progress(f"fit the lookup table, {channel}")
-        tables[channel] = fit_registration(decoded[channel], *resolution)
+        tables[channel] = TABLES[table](decoded[channel], *resolution)
     return {name: tables[name] for name in channels}, {name: decoded[name] for name in channels}
-
-
-def nodal_reflectance(
-    captures: Captures, channels: tuple[str, ...], registration: Mapping[str, ChannelRegistration]
-) -> NDArray[np.float32]:
-    """Nodal images normalised by the white surface, black-subtracted, (H, W, N) float32 (paper: IV-B)."""
-    nodal = []
-    for channel in channels:
-        table = registration[channel].camera_xy
-        on = {}
-        for surface in ("pattern", "white"):
-            full = captures(exposure_name(surface, "full", channel, channels)).astype(np.float32)
-            full -= captures(exposure_name(surface, "dark", channel, channels))
-            on[surface] = warp_to_nodal(full, table)
-        floor = 0.01 * float(np.nanmax(on["white"]))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            nodal.append(np.where(on["white"] > floor, on["pattern"] / on["white"], np.nan).astype(np.float32))
-    return np.stack(nodal, axis=-1)
 
 
 def sort_pixels(
@@ -112,6 +122,14 @@ def sort_pixels(
     counts: Iterable[int],
     dot_px: float,
     progress: Progress = lambda message: None,
+    *,
+    normalise: Normalise = "white",
+    space: Space = "lab",
+    pattern: Pattern | None = None,
+    method: Method = "lines",
+    table: str = "fit",
+    corners_px: ArrayLike = (),
+    fiducials: Fiducials | None = None,
 ) -> SortedPixels:
     """Register every channel, make the nodal images and sort the pixels into clusters (paper: IV-A and IV-B).
 
@@ -123,13 +141,29 @@ def sort_pixels(
         Every K to sort into.
     dot_px : float
         Edge of a dot in projector pixels.
+    normalise : "white" | "paper" | "field"
+        Of the nodal images; see `nodal_reflectance`.
+    space : "lab" | "linear"
+        Of k-means; see `clustering.cluster`.
+    pattern : Pattern, optional
+        The printed pattern: pixels are then sorted by what it covers of them (method ``"design"``), and by colour only
+        for a cross-check.
+    method : "lines" | "phase"
+        What refines the Gray code of the structured light.
+    table : str
+        Of the registration; see `register`.
+    corners_px : (4, 2) array, optional
+        The printed pattern's corners in the camera's picture, where its own lattice does not suffice to find it.
+    fiducials : (dict of id -> (4, 2) array, dictionary), optional
+        The sheet's markers, millimetres of the pattern, and the name of their dictionary: looked for where no corners
+        are given; the lattice does where the camera sees none of them.
 
     Raises
     ------
     CalibrationError
         If the structured light cannot be decoded, has to be captured again, or no pixel is registered.
     """
-    registration, decoded = register(captures, channels, resolution, progress)
+    registration, decoded = register(captures, channels, resolution, progress, method, table)
     verdicts = {name: verdict(decoded[name], registration[name]) for name in channels}
     for name, (word, reason) in verdicts.items():
         if word == "repeat":
@@ -137,8 +171,9 @@ def sort_pixels(
                 f"the structured light in {name} has to be captured again: {reason}. Mend that, then run: "
                 "paxel capture --force"
             )
+    del decoded
     progress("make nodal images")
-    nodal = nodal_reflectance(captures, channels, registration)
+    nodal = nodal_reflectance(captures, channels, registration, normalise=normalise, dot_px=dot_px)
     valid = np.logical_and.reduce([registration[name].valid for name in channels])
     valid &= np.all(np.isfinite(nodal), axis=-1)
     if not valid.any():
@@ -146,44 +181,83 @@ def sort_pixels(
             "no projector pixel is registered in every channel: is the whole projection in the camera's picture, "
             "in focus and well exposed? Then run: paxel capture --force"
         )
-    nodal_XYZ = linear_sRGB_to_XYZ(nodal).astype(np.float32)  # paper IV-C2: the camera's values taken as sRGB
+    nodal_XYZ = linear_sRGB_to_XYZ(nodal_to_linear_sRGB(nodal, channels)).astype(np.float32)
     inside = valid
     if "white" in colorants and len(colorants) > 1:
         progress("find the pattern's area")
         paper = list(colorants).index("white")
-        labels = cluster(nodal_XYZ, valid, colorants, len(colorants), D65_XYZ).labels
+        labels = cluster(nodal_XYZ, valid, colorants, len(colorants), D65_XYZ, space=space).labels
         inside = valid & pattern_area(valid & (labels != paper), dot_px)
     clusters = {}
     for K in counts:
         progress(f"sort pixels into {K} clusters")
-        clusters[K] = cluster(nodal_XYZ, inside, colorants, K, D65_XYZ)
-    return SortedPixels(registration, verdicts, nodal, valid, clusters)
+        clusters[K] = cluster(nodal_XYZ, inside, colorants, K, D65_XYZ, space=space)
+    if pattern is None:
+        return SortedPixels(registration, verdicts, nodal, valid, clusters)
+    progress("find the printed pattern in the picture")
+    by_design, figures = sort_by_design(
+        captures,
+        registration[guide_channel(channels)],
+        valid,
+        nodal_XYZ,
+        colorants,
+        tuple(clusters),
+        dot_px,
+        pattern,
+        normalise=normalise,
+        corners_px=corners_px,
+        fiducials=fiducials,
+        lit=captures(exposure_name("pattern", "full", guide_channel(channels), channels)),
+    )
+    check = {K: agreement(by_design[K].labels, clusters[K].labels, K) for K in clusters}
+    return SortedPixels(registration, verdicts, nodal, valid, by_design, figures, check)
 
 
-def pattern_area(ink: NDArray[np.bool_], dot_px: float) -> NDArray[np.bool_]:
-    """Projector pixels inside the printed area: what a disc of 1.5 dots that touches no ink cannot cover.
-
-    Beside the pattern lies bare paper, which would be taken for its white dots. The area is found to about half a dot.
+def sort_by_design(
+    captures: Captures,
+    guide: ChannelRegistration,
+    valid: NDArray[np.bool_],
+    nodal_XYZ: NDArray[np.float32],
+    colorants: Mapping[str, NDArray[np.float64]],
+    counts: Iterable[int],
+    dot_px: float,
+    pattern: Pattern,
+    *,
+    normalise: Normalise = "white",
+    corners_px: ArrayLike = (),
+    fiducials: Fiducials | None = None,
+    lit: NDArray[np.uint16] | None = None,
+) -> tuple[dict[int, Clusters], dict[str, Any]]:
+    """Sort registered pixels by what the known pattern covers of them.
 
     Parameters
     ----------
-    ink : (H, W) bool array
-        Pixels that light any colorant but the paper.
-    dot_px : float
-        Edge of a dot in projector pixels.
+    guide : ChannelRegistration
+        Of the guide channel, whose pixels' areas are taken.
+    valid : (H, W) bool array
+    nodal_XYZ : (H, W, 3) float32 array
+        Names clusters that no colorant stands for.
+    captures, colorants, counts, dot_px, pattern, normalise, corners_px, fiducials : see `sort_pixels`
+    lit : (h, w) array, optional
+        A picture in which the fiducials are looked for.
 
-    Raises
-    ------
-    CalibrationError
-        If there is no ink at all.
+    Returns
+    -------
+    clusters : dict of K -> Clusters
+    figures : dict
+        See `registration.DesignRegistration`.
     """
-    if not ink.any():
-        raise CalibrationError(
-            "no projector pixel lights an inked dot: is the pattern under the projection, and in focus? "
-            "Then run: paxel capture --force"
-        )
-    radius_px = 1.5 * dot_px
-    near_ink = distance_transform_edt(~ink) <= radius_px
-    if near_ink.all():
-        return near_ink
-    return np.asarray(distance_transform_edt(near_ink) > radius_px)
+    colors = np.array([XYZ_to_linear_sRGB(colorants[name]) for name in pattern.colorants])
+    picture = reflectance_picture(captures, normalise)
+    mm_per_px = pattern.dot_size_mm * float(np.mean(pattern.print_scale)) / dot_px
+    to_mm = None
+    if np.size(corners_px):
+        to_mm = homography_from_corners(corners_px, pattern.size_mm)
+    elif fiducials is not None and lit is not None:
+        to_mm = homography_from_fiducials(lit, *fiducials)
+    design = register_design(picture, guide.camera_xy, guide.valid, pattern, mm_per_px, colors, to_mm=to_mm)
+    covered = valid & (design.coverage.sum(axis=-1) > 1.0 - _OUTSIDE_SHARE)
+    by_design = {
+        K: cluster_coverages(design.coverage, covered, pattern.colorants, K, nodal_XYZ, D65_XYZ) for K in counts
+    }
+    return by_design, design.figures

@@ -57,7 +57,13 @@ class Operator(Protocol):
     """Whoever changes the surface: a person with a sheet of paper, or the virtual bench."""
 
     def place(self, surface: str) -> None:
-        """Bring ``"pattern"`` or ``"white"`` under the projector; returns when it lies flat."""
+        """Bring a surface under the projector; returns when it lies flat.
+
+        Parameters
+        ----------
+        surface : str
+            ``"pattern"``, ``"white"`` (the second surface), or ``"paper"`` (white paper, where that is another).
+        """
         ...
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.errors import InputError
-from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
-from paxel_runtime.optics.fluorescence import Fluorescence
+from paxel_runtime.model.fluorescence import brightener
+from paxel_runtime.model.pattern import Colorant, Pattern
 from paxel_runtime.optics.geometry import CameraPose
+from paxel_runtime.optics.held import largest_disc_px
 from paxel_runtime.optics.overprint import papers
 from paxel_runtime.optics.spectra import RESPONSES, primaries
 
@@ -23,6 +27,7 @@ BAYER = ("none", "demosaiced", "raw")
 
 _WIDEST_APERTURE = 0.8
 _FARTHEST_MM, _STEEPEST_DEG = 50.0, 20.0
+_BRIGHTEST, _LONGEST = 10.0, 100.0
 
 
 @dataclass(frozen=True)
@@ -32,7 +37,7 @@ class BenchSetup:
     Attributes
     ----------
     pattern : Pattern
-        What is printed.
+        What is printed, and what its colorants are; ``"white"`` is the paper of the print.
     resolution : (width, height)
         Of the projector.
     width_mm : float
@@ -59,22 +64,25 @@ class BenchSetup:
     sheet_tilt_deg : (float, float)
         Its tilt about the x and the y axis, -20..20; see `optics.held.hold_sheet`.
     ambient : float
-        Uniform light of D65's spectrum besides the projector's, as a share of full white, >= 0.
+        Uniform light of D65's spectrum besides the projector's, as a share of full white, 0..10.
     projector : str
         Whose measured spectra the channels have: ``"dlp"`` or ``"rgbw"``; see `optics.primaries`.
     responses : tuple of str
         Response curve of each channel, of `optics.RESPONSES`; none: the bench's own.
     channel_blur : tuple of float
         Factor on the projector's blur for each channel, > 0; none: equal.
-    colorants : mapping of str to Colorant
-        Inks of your own, besides the library's and before them; ``"white"`` is the paper of the print.
-    fluorescence : mapping of str to Fluorescence
-        What colorants by these names emit; ``"white"`` is a brightener in the paper of the print.
+    spectra : mapping of str to (97,) float64 array
+        Spectral power of channels of your own, on `EXCITATION_NM`, per nm, besides the measured ones and before them;
+        all of them at full together are to have Y = 1.
+    level_spectra : bool
+        Whether the spectra of the projector ``"rgbw"`` change their shape with the level, as they were measured to do.
+    brightener : bool
+        Whether the paper of the print has an optical brightener, which shines blue under UV.
     overprint : bool
-        Where two inks overlap, their measured overprint (`optics.overprint.overprint_reflectance`), if both recipes are
+        Where inks overlap, their measured overprint (`optics.overprint.overprints`), if all are printed by recipes of
         solids; else, and for all other inks, the darker decides.
     exposure : float
-        Factor on the camera's exposure, > 0; above 1.25 the brightest place saturates.
+        Factor on the camera's exposure, up to 100; above 1.25 the brightest place saturates.
     camera_pose : CameraPose
         Where the camera looks, if not straight at the whole projection.
     bayer : str
@@ -103,8 +111,9 @@ class BenchSetup:
     projector: str = "dlp"
     responses: tuple[str, ...] = ()
     channel_blur: tuple[float, ...] = ()
-    colorants: Mapping[str, Colorant] = field(default_factory=dict)
-    fluorescence: Mapping[str, Fluorescence] = field(default_factory=dict)
+    spectra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    level_spectra: bool = False
+    brightener: bool = False
     overprint: bool = False
     exposure: float = 1.0
     bayer: str = "none"
@@ -129,7 +138,7 @@ class BenchSetup:
                 f"meter.aperture_mm must be > 0 and at most {_WIDEST_APERTURE:.0%} of the projection's shorter side "
                 f"({largest_mm:.1f} mm), got {self.aperture_mm}"
             )
-        primaries(self.channels, self.projector)
+        primaries(self.channels, self.projector, self.spectra)
         self._check_surfaces()
         self._check_options()
 
@@ -139,13 +148,29 @@ class BenchSetup:
         return self.sheet_distance_mm != 0 or any(self.sheet_tilt_deg)
 
     @property
+    def defocus_px(self) -> float:
+        """Diameter, at most, of the disc to which the held sheet's defocus spreads a point; 0 in place."""
+        if not self.held:
+            return 0.0
+        return largest_disc_px(self.resolution, self.width_mm, self.sheet_distance_mm, self.sheet_tilt_deg)
+
+    @property
     def library(self) -> dict[str, Colorant]:
-        """The library's colorants, other papers, and your own colorants."""
-        return colorant_library() | papers() | dict(self.colorants)
+        """What is known to the pattern, and other papers."""
+        library = papers() | dict(self.pattern.library)
+        if self.brightener:
+            library["white"] = replace(library["white"], fluorescence=brightener())
+        return library
+
+    @property
+    def fluoresces(self) -> bool:
+        """Whether anything on the bench emits light of its own."""
+        library = self.library
+        return any(library[name].fluorescence for name in (*self.pattern.colorants, "white"))
 
     def _check_surfaces(self) -> None:
         library = self.library
-        unknown = [name for name in (*self.pattern.colorants, *self.fluorescence) if name not in library]
+        unknown = [name for name in self.pattern.colorants if name not in library]
         if unknown:
             raise InputError(f"the bench knows the colorants {', '.join(library)}; got {', '.join(unknown)}")
         if self.second_surface != "gray" and self.second_surface not in library:
@@ -159,19 +184,34 @@ class BenchSetup:
                 f"bench.sheet_tilt_deg must be two angles of at most {_STEEPEST_DEG:g} degrees, "
                 f"got {self.sheet_tilt_deg}"
             )
+        if self.defocus_px == float("inf"):
+            raise InputError(
+                f"bench.sheet_distance_mm ({self.sheet_distance_mm:g}) and bench.sheet_tilt_deg {self.sheet_tilt_deg} "
+                f"bring the sheet too near to the projector of a picture {self.width_mm:g} mm wide: hold it nearer to "
+                "the wall"
+            )
 
     def _check_options(self) -> None:
         for name, value, ok in (
-            ("bench.ambient must be a number >= 0", self.ambient, 0 <= self.ambient < float("inf")),
-            ("camera.exposure must be a number > 0", self.exposure, 0 < self.exposure < float("inf")),
-            (f"camera.bayer must be one of {', '.join(BAYER)}", self.bayer, self.bayer in BAYER),
+            (f"bench.ambient must be 0 to {_BRIGHTEST:g}", self.ambient, 0 <= self.ambient <= _BRIGHTEST),
+            (
+                f"bench.exposure must be > 0 and at most {_LONGEST:g}",
+                self.exposure,
+                0 < self.exposure <= _LONGEST,
+            ),
+            (
+                "bench.level_spectra is measured of the projector rgbw alone: set projector.spectra",
+                self.level_spectra,
+                not self.level_spectra or (self.projector == "rgbw" and not self.spectra),
+            ),
+            (f"bench.bayer must be one of {', '.join(BAYER)}", self.bayer, self.bayer in BAYER),
             (
                 f"projector.responses must be one of {', '.join(RESPONSES)} for each channel, or empty",
                 self.responses,
                 len(self.responses) in (0, len(self.channels)) and all(name in RESPONSES for name in self.responses),
             ),
             (
-                "projector.channel_blur must be a factor from 0.1 to 10 for each channel, or empty",
+                "bench.channel_blur must be a factor from 0.1 to 10 for each channel, or empty",
                 self.channel_blur,
                 len(self.channel_blur) in (0, len(self.channels)) and all(0.1 <= f <= 10 for f in self.channel_blur),
             ),

@@ -14,16 +14,16 @@ from paxel_runtime.optics.cache import cached
 from paxel_runtime.optics.fluorescence import emission_spectra
 from paxel_runtime.optics.geometry import BenchMaps
 from paxel_runtime.optics.grid import FineGrid
-from paxel_runtime.optics.held import HeldSheet, defocus, hold_sheet
+from paxel_runtime.optics.held import HeldSheet, defocus, defocus_reach_px, hold_sheet
 from paxel_runtime.optics.ink import ink_coverage, make_layers
-from paxel_runtime.optics.overprint import lay_over, overprint_reflectance
+from paxel_runtime.optics.overprint import lay_over, overprints
 from paxel_runtime.optics.spectra import (
     ambient_spectrum,
     excitation_spectra,
     ink_terms,
     pair_spectra,
-    primaries,
     sensor_factors,
+    shift_spectra,
 )
 
 __all__ = ["BenchSheet", "inks_of", "make_sheet", "plain_sheet"]
@@ -38,7 +38,8 @@ class BenchSheet:
     coverage : (L, rows, columns) uint8 array
         Of each ink, and of each overprint, on the fine raster.
     of_pairs : (N, 1 + L, 1 + L, 81) float64 array
-        Spectral radiance of unit light of each channel; see `optics.pair_spectra`.
+        Spectral radiance of unit light of each channel; see `optics.pair_spectra`. Twice as many, the second half what
+        the channels add between 0 and full, where their spectra change with the level.
     of_ambient : (1 + L, 1 + L, 81) float64 array
         The same of the ambient light.
     held : HeldSheet, optional
@@ -64,10 +65,24 @@ class BenchSheet:
         return inked[:, :, None]
 
     def light(self, lit: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Intensities (N, H, W) as they reach the sheet."""
+        """Intensities (N, H, W) as they reach the sheet; with a rim around the frame if it is held."""
         if self.held is None:
             return lit
-        return defocus(lit, self.held.defocus_px2) * self.held.irradiance
+        rim = (self.held.rim_px,) * 2
+        around = np.pad(lit, ((0, 0), rim, rim))
+        return defocus(around, self.held.defocus_px2) * self.held.irradiance
+
+    def light_at(self, lit: NDArray[np.float32], rows: slice, columns: slice) -> NDArray[np.float32]:
+        """`light` on a part of the frame of a held sheet, without the rest."""
+        assert self.held is not None
+        reach = defocus_reach_px(self.held.defocus_px2)
+        top, left = max(rows.start - reach, 0), max(columns.start - reach, 0)
+        near = slice(top, rows.stop + reach), slice(left, columns.stop + reach)
+        inner = slice(rows.start - top, rows.stop - top), slice(columns.start - left, columns.stop - left)
+        of_frame = (slice(self.held.rim_px, -self.held.rim_px),) * 2
+        variance, irradiance = self.held.defocus_px2[of_frame], self.held.irradiance[of_frame]
+        part = np.ascontiguousarray(lit[:, *near])
+        return defocus(part, np.ascontiguousarray(variance[near]))[:, *inner] * irradiance[rows, columns]
 
 
 def inks_of(setup: BenchSetup) -> list[int]:
@@ -77,7 +92,7 @@ def inks_of(setup: BenchSetup) -> list[int]:
     inks = [
         i
         for i, name in enumerate(names)
-        if not np.array_equal(library[name].reflectance, paper) or (name in setup.fluorescence and name != "white")
+        if not np.array_equal(library[name].reflectance, paper) or (name != "white" and library[name].fluorescence)
     ]
     darkness = {i: float(spectra_to_XYZ(library[names[i]].reflectance)[1]) for i in inks}
     return sorted(inks, key=darkness.__getitem__)
@@ -98,7 +113,9 @@ def make_sheet(
     if surface == "white":
         sheet = plain_sheet(setup, grid, setup.second_surface)
         if setup.held:
-            held = hold_sheet(maps, setup.resolution, setup.width_mm, setup.sheet_distance_mm, setup.sheet_tilt_deg)
+            held = hold_sheet(
+                maps, setup.resolution, setup.width_mm, setup.sheet_distance_mm, setup.sheet_tilt_deg, grid.margin_px
+            )
             sheet = BenchSheet(sheet.coverage, sheet.of_pairs, sheet.of_ambient, held)
         return sheet, sheet.coverage
     if not inks:
@@ -119,14 +136,10 @@ def make_sheet(
     names = [pattern.colorants[i] for i in inks]
     reflectances = [library[name].reflectance for name in names]
     if setup.overprint:
-        both = {
-            (a, b): spectrum
-            for a in range(len(inks))
-            for b in range(a + 1, len(inks))
-            if (spectrum := overprint_reflectance(library[names[a]].cmyk, library[names[b]].cmyk)) is not None
-        }
-        coverage = lay_over(layers, maps, grid, decided, list(both))
-        reflectances += both.values()
+        inks_on = [library[name] for name in names]
+        together = overprints([None if ink.spot else ink.cmyk for ink in inks_on])
+        coverage = lay_over(layers, maps, grid, decided, list(together))
+        reflectances += together.values()
     emitters = {0: "white"} | {1 + k: name for k, name in enumerate(names)}
     return _sheet(setup, coverage, library["white"].reflectance, reflectances, emitters), decided
 
@@ -138,11 +151,16 @@ def _sheet(
     inks: list[NDArray[np.float64]],
     emitters: dict[int, str],
 ) -> BenchSheet:
-    terms = ink_terms(paper, np.array(inks).reshape(-1, len(paper)))
-    of_pairs = pair_spectra(primaries(setup.channels, setup.projector), paper, terms)
-    emitting = {k: setup.fluorescence[name] for k, name in emitters.items() if name in setup.fluorescence}
-    if emitting:
-        excitation = excitation_spectra(setup.channels, setup.projector)
-        of_pairs = of_pairs + emission_spectra(excitation, terms, emitting)
-    ambient = pair_spectra(setup.ambient * ambient_spectrum()[None], paper, terms)[0]
-    return BenchSheet(coverage, of_pairs, ambient)
+    library, terms = setup.library, ink_terms(paper, np.array(inks).reshape(-1, len(paper)))
+    emitting = {k: dye for k, name in emitters.items() if name in library and (dye := library[name].fluorescence)}
+
+    def leaving(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Of lights (..., 97): what is reflected, and what is emitted."""
+        reflected = pair_spectra(spectra[:, -len(paper) :], paper, terms)
+        return reflected + emission_spectra(spectra, terms, emitting) if emitting else reflected
+
+    lights = excitation_spectra(setup.channels, setup.projector, setup.spectra)
+    if setup.level_spectra:
+        lights = np.concatenate((lights, shift_spectra(setup.channels)))
+    of_pairs = leaving(lights)
+    return BenchSheet(coverage, of_pairs, leaving(setup.ambient * ambient_spectrum()[None])[0])

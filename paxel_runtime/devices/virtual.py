@@ -9,6 +9,7 @@ the physics stands in the ``optics`` modules, the pinned imperfections in `bench
 from __future__ import annotations
 
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +29,21 @@ from paxel_runtime.optics.camera import (
     sample_camera,
 )
 from paxel_runtime.optics.geometry import BenchMaps, camera_to_fine_grid, make_maps, raster_to_wall
-from paxel_runtime.optics.grid import FineGrid, gaussian_kernel
+from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, gaussian_kernel
 from paxel_runtime.optics.light import drive, fringe, make_footprint
 from paxel_runtime.optics.meter import MeterSpot, make_spot
 from paxel_runtime.optics.paper import radiance
-from paxel_runtime.optics.spectra import camera_sensitivities, patch_factors, response_table, sensor_factors
+from paxel_runtime.optics.spectra import (
+    camera_sensitivities,
+    patch_factors,
+    response_table,
+    sensor_factors,
+    shift_of_level,
+)
 
 __all__ = ["BenchSetup", "VirtualBench"]
 
-_SURFACES = ("pattern", "white")
+_SURFACES = ("pattern", "white", "paper")
 _FULL_SIGNAL = 0.8
 _DRIFT_MEMORY = 0.995
 _DRIFT_STEP = 0.1
@@ -48,6 +55,9 @@ class VirtualBench:
 
     It starts with the pattern in place and a black frame. Everything random follows from the seed: two benches of one
     setup that are asked the same in the same order answer the same, bit for bit.
+
+    Stated limits: nothing but drift and noise changes with time; a held sheet is plane, and its defocus a disc of even
+    light; overprints are measured for solids of the process inks alone.
 
     Memory: for each of the 16 (up to 64, for pixels larger than 0.24 mm) fine samples of a projector pixel, 1 byte an
     ink and 4 bytes a plane that is captured. 1920 x 1080 with two colorants and a 12-megapixel camera peaks at 1 GB.
@@ -68,7 +78,8 @@ class VirtualBench:
         q = quality or QUALITIES[setup.quality]
         self._setup, self._quality = setup, q
         pitch_mm = setup.width_mm / setup.resolution[0]
-        self._grid = FineGrid.fitting(setup.resolution, pitch_mm, q.scattering_mm)
+        margin_px = MARGIN_PX + ceil(setup.defocus_px / 2)
+        self._grid = FineGrid.fitting(setup.resolution, pitch_mm, q.scattering_mm, margin_px)
         self._maps = make_maps(
             setup.resolution,
             setup.width_mm,
@@ -85,7 +96,7 @@ class VirtualBench:
                 self._grid, self._maps, j, q.fill_factor, blur * q.blur_centre_px, blur * q.blur_corner_px, q.fall_off
             )
             for j, blur in enumerate(setup.channel_blur or (1.0,) * len(setup.channels))
-        ]
+        ] * (2 if setup.level_spectra else 1)
         step_mm = pitch_mm / self._grid.subsamples
         # Coverage is a mean over each sample, at both passages: its box is a part of the scattering, of variance 1/6.
         self._scattering = gaussian_kernel(np.sqrt(max((q.scattering_mm / step_mm) ** 2 - 1 / 6, 0.0)))
@@ -116,7 +127,7 @@ class VirtualBench:
         )
 
     def place(self, surface: str) -> None:
-        """Put up ``"pattern"``, or as ``"white"`` the second surface of the setup.
+        """Put up ``"pattern"``, as ``"white"`` the second surface, or as ``"paper"`` the bare paper of the print.
 
         Raises
         ------
@@ -249,7 +260,7 @@ class VirtualBench:
         second, _ = make_sheet(self._setup, self._quality, self._grid, self._maps, "white")
         same = self._setup.second_surface == "white" and not self._setup.held
         reference = second if same else plain_sheet(self._setup, self._grid, "white")
-        return {"pattern": self._printed[0], "white": second, "reference": reference}
+        return {"pattern": self._printed[0], "white": second, "paper": reference, "reference": reference}
 
     def _radiance(
         self,
@@ -263,20 +274,26 @@ class VirtualBench:
         factors = sensor_factors(sensitivities, sheet.of_pairs)
         if q.scattering_mm == 0:
             factors, ambient = patch_factors(factors), None if ambient is None else patch_factors(ambient)
-        lit = sheet.light(fringe(x, q.fringing, q.fringing_exponent))
+        lit = sheet.light(self._sources(fringe(x, q.fringing, q.fringing_exponent)))
         return radiance(lit, self._footprints, sheet.coverage, factors, self._scattering, blur, ambient)
 
+    def _sources(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Intensities of all lights of fixed spectrum that channels of intensities (N, ...) are made of."""
+        if not self._setup.level_spectra:
+            return x
+        return np.concatenate((x, shift_of_level(x, self._setup.channels)))
+
     def _full(self, lit: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Intensities (N,) of a uniform frame with channels `lit` (0 or 1) at full."""
+        """`_sources` of a uniform frame with channels `lit` (0 or 1) at full."""
         q = self._quality
         x = lit * (1.0 - 0.5 * q.cross_talk * (lit.sum() - lit))
-        return q.black + (1.0 - q.black) * x
+        return self._sources((q.black + (1.0 - q.black) * x).astype(np.float32)).astype(np.float64)
 
     def _brightest(self, sensitivities: NDArray[np.float64], lit: NDArray[np.float64]) -> float:
         """Largest signal of white paper's, or a fluorescent ink's, brightest place with channels `lit` at full."""
         reference, x = self._sheets["reference"], self._full(lit)
         signals = sensor_factors(sensitivities, reference.of_pairs)[:, :, 0, 0] @ x
-        if self._setup.fluorescence:
+        if self._setup.fluoresces:
             solids = sensor_factors(sensitivities, self._sheets["pattern"].solids)
             signals = np.maximum(signals, (solids[..., 0] * x[:, None]).sum(axis=1).max(axis=1))
         ambient = reference.ambient_factors(sensitivities)
@@ -286,21 +303,23 @@ class VirtualBench:
     def _white_Y(self) -> float:
         full = np.full(self._frame_shape, 2**self._setup.bits - 1, np.uint16)
         white = float(spectra_to_XYZ(self._read(self._drive(full), "reference"))[1])
-        if not self._setup.fluorescence:
+        if not self._setup.fluoresces:
             return white
         solids = self._sheets["pattern"].solids[:, :, 0]
-        shining = spectra_to_XYZ(np.einsum("j,jkw->kw", self._full(np.ones(len(solids))), solids))[:, 1].max()
-        return white if white > _NO_LIGHT * shining else float(shining)
+        x = self._full(np.ones(len(self._setup.channels)))
+        shining = float(spectra_to_XYZ(np.einsum("j,jkw->kw", x, solids))[:, 1].max())
+        return white if white > _NO_LIGHT * shining else shining
 
     def _read(self, x: NDArray[np.float32], surface: str) -> NDArray[np.float64]:
         """Noise-free reading of the meter, (81,), without ambient light."""
         q, spot, sheet = self._quality, self._spot(surface), self._sheets[surface]
         rows, columns = spot.rows, spot.columns
         if sheet.held:
-            return spot.read(sheet.light(fringe(x, q.fringing, q.fringing_exponent))[:, rows, columns])
+            lit = self._sources(fringe(x, q.fringing, q.fringing_exponent))
+            return spot.read(sheet.light_at(lit, rows, columns))
         top, left = min(rows.start, 1), min(columns.start, 1)  # fringing needs the neighbours around
         around = x[:, rows.start - top : rows.stop + 1, columns.start - left : columns.stop + 1]
-        lit = fringe(np.ascontiguousarray(around), q.fringing, q.fringing_exponent)
+        lit = self._sources(fringe(np.ascontiguousarray(around), q.fringing, q.fringing_exponent))
         height, width = spot.weights.shape[2:]
         return spot.read(lit[:, top : top + height, left : left + width])
 
@@ -326,5 +345,5 @@ class VirtualBench:
 
 def _known_surface(surface: str) -> str:
     if surface not in _SURFACES:
-        raise DeviceError(f"the bench's surfaces are {' and '.join(_SURFACES)}; got {surface!r}")
+        raise DeviceError(f"the bench's surfaces are {', '.join(_SURFACES)}; got {surface!r}")
     return surface

@@ -14,6 +14,9 @@ the gradient of a concave, piecewise quadratic function. Newton's matrix is S + 
 inside the box); an exact line search over the pieces makes it converge from anywhere, in a handful of steps from
 nothing and one or two from the previous solution. x is unique and moves continuously with z and S.
 
+A is the same for all pixels, or every lane has its own (the image-based model): the kernels take its transpose as
+(n, 6) or (n, 6, LANES), and the compiler keeps the branch that fits.
+
 Lanes: the loops over `LANES` pixels are the inner ones and become SIMD instructions. That needs one flat workspace
 addressed by constants (``w[NU + 2 * LANES + lane]``), so that the compiler can see that rows do not overlap.
 This file knows nothing of colour.
@@ -39,7 +42,9 @@ __all__ = [
     "S_FIRST",
     "S_REST",
     "Z",
+    "along",
     "clip",
+    "column",
     "larger",
     "qp_steps",
     "smaller",
@@ -65,6 +70,7 @@ ROWS = 64
 
 Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
+Vec6: TypeAlias = tuple[float, float, float, float, float, float]
 Sym3: TypeAlias = tuple[float, float, float, float, float, float]
 
 _KERNEL = {"cache": True, "error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
@@ -131,6 +137,37 @@ def _sym3(w: Floats, first: int, rest: int) -> Sym3:
 
 
 @njit(**INLINED)
+def column(AT: Floats, j: int, lane: int) -> Vec6:
+    """What input j adds at full, on both surfaces."""
+    if AT.ndim == 2:
+        return AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
+    return AT[j, 0, lane], AT[j, 1, lane], AT[j, 2, lane], AT[j, 3, lane], AT[j, 4, lane], AT[j, 5, lane]
+
+
+@njit(**INLINED)
+def along(a: Vec6, w: Floats, row: int) -> float:
+    """Product of a column of A with six rows of the workspace."""
+    return (a[0] * w[row] + a[1] * w[row + LANES] + a[2] * w[row + 2 * LANES]) + (
+        a[3] * w[row + 3 * LANES] + a[4] * w[row + 4 * LANES] + a[5] * w[row + 5 * LANES]
+    )
+
+
+@njit(**INLINED)
+def _subtract_input(w: Floats, u: Floats, j: int, lane: int, a: Vec6) -> None:
+    """Input j of `_residual`."""
+    t = 0.5 + along(a, w, NU + lane)
+    x = clip(t)
+    u[j * LANES + lane] = t
+    w[REG + lane] += 0.5 * (x - 0.5) * (x - 0.5)
+    w[RES + lane] -= a[0] * x
+    w[RES + LANES + lane] -= a[1] * x
+    w[RES + 2 * LANES + lane] -= a[2] * x
+    w[RES + 3 * LANES + lane] -= a[3] * x
+    w[RES + 4 * LANES + lane] -= a[4] * x
+    w[RES + 5 * LANES + lane] -= a[5] * x
+
+
+@njit(**INLINED)
 def _residual(w: Floats, u: Floats, AT: Floats) -> None:
     """R(nu), 1/2 |x - 1/2|^2 and u = 1/2 + A^T nu (n rows)."""
     for lane in range(LANES):
@@ -143,22 +180,42 @@ def _residual(w: Floats, u: Floats, AT: Floats) -> None:
             w[res], w[res + LANES], w[res + 2 * LANES] = w[z] - r[0], w[z + LANES] - r[1], w[z + 2 * LANES] - r[2]
         w[REG + lane] = 0.0
     for j in range(AT.shape[0]):
-        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
-        for lane in range(LANES):
-            t = (
-                0.5
-                + (a0 * w[NU + lane] + a1 * w[NU + LANES + lane] + a2 * w[NU + 2 * LANES + lane])
-                + (a3 * w[NU + 3 * LANES + lane] + a4 * w[NU + 4 * LANES + lane] + a5 * w[NU + 5 * LANES + lane])
-            )
-            x = clip(t)
-            u[j * LANES + lane] = t
-            w[REG + lane] += 0.5 * (x - 0.5) * (x - 0.5)
-            w[RES + lane] -= a0 * x
-            w[RES + LANES + lane] -= a1 * x
-            w[RES + 2 * LANES + lane] -= a2 * x
-            w[RES + 3 * LANES + lane] -= a3 * x
-            w[RES + 4 * LANES + lane] -= a4 * x
-            w[RES + 5 * LANES + lane] -= a5 * x
+        if AT.ndim == 2:
+            a = column(AT, j, 0)
+            for lane in range(LANES):
+                _subtract_input(w, u, j, lane, a)
+        else:
+            for lane in range(LANES):
+                _subtract_input(w, u, j, lane, column(AT, j, lane))
+
+
+@njit(**INLINED)
+def _add_free_input(w: Floats, u: Floats, j: int, lane: int, a: Vec6) -> None:
+    """Input j of `_matrix`, if it is inside the box."""
+    t = u[j * LANES + lane]
+    f = 1.0 if t == clip(t) else 0.0
+    f0, f1, f2, f3, f4, f5 = f * a[0], f * a[1], f * a[2], f * a[3], f * a[4], f * a[5]
+    w[_M + lane] += f0 * a[0]
+    w[_M + LANES + lane] += f0 * a[1]
+    w[_M + 2 * LANES + lane] += f0 * a[2]
+    w[_M + 3 * LANES + lane] += f1 * a[1]
+    w[_M + 4 * LANES + lane] += f1 * a[2]
+    w[_M + 5 * LANES + lane] += f2 * a[2]
+    w[_M + 6 * LANES + lane] += f0 * a[3]
+    w[_M + 7 * LANES + lane] += f0 * a[4]
+    w[_M + 8 * LANES + lane] += f0 * a[5]
+    w[_M + 9 * LANES + lane] += f1 * a[3]
+    w[_M + 10 * LANES + lane] += f1 * a[4]
+    w[_M + 11 * LANES + lane] += f1 * a[5]
+    w[_M + 12 * LANES + lane] += f2 * a[3]
+    w[_M + 13 * LANES + lane] += f2 * a[4]
+    w[_M + 14 * LANES + lane] += f2 * a[5]
+    w[_M + 15 * LANES + lane] += f3 * a[3]
+    w[_M + 16 * LANES + lane] += f3 * a[4]
+    w[_M + 17 * LANES + lane] += f3 * a[5]
+    w[_M + 18 * LANES + lane] += f4 * a[4]
+    w[_M + 19 * LANES + lane] += f4 * a[5]
+    w[_M + 20 * LANES + lane] += f5 * a[5]
 
 
 @njit(**INLINED)
@@ -173,32 +230,13 @@ def _matrix(w: Floats, u: Floats, AT: Floats) -> None:
         for i in range(6, 15):
             w[_M + i * LANES + lane] = 0.0
     for j in range(AT.shape[0]):
-        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
-        for lane in range(LANES):
-            t = u[j * LANES + lane]
-            f = 1.0 if t == clip(t) else 0.0
-            f0, f1, f2, f3, f4, f5 = f * a0, f * a1, f * a2, f * a3, f * a4, f * a5
-            w[_M + lane] += f0 * a0
-            w[_M + LANES + lane] += f0 * a1
-            w[_M + 2 * LANES + lane] += f0 * a2
-            w[_M + 3 * LANES + lane] += f1 * a1
-            w[_M + 4 * LANES + lane] += f1 * a2
-            w[_M + 5 * LANES + lane] += f2 * a2
-            w[_M + 6 * LANES + lane] += f0 * a3
-            w[_M + 7 * LANES + lane] += f0 * a4
-            w[_M + 8 * LANES + lane] += f0 * a5
-            w[_M + 9 * LANES + lane] += f1 * a3
-            w[_M + 10 * LANES + lane] += f1 * a4
-            w[_M + 11 * LANES + lane] += f1 * a5
-            w[_M + 12 * LANES + lane] += f2 * a3
-            w[_M + 13 * LANES + lane] += f2 * a4
-            w[_M + 14 * LANES + lane] += f2 * a5
-            w[_M + 15 * LANES + lane] += f3 * a3
-            w[_M + 16 * LANES + lane] += f3 * a4
-            w[_M + 17 * LANES + lane] += f3 * a5
-            w[_M + 18 * LANES + lane] += f4 * a4
-            w[_M + 19 * LANES + lane] += f4 * a5
-            w[_M + 20 * LANES + lane] += f5 * a5
+        if AT.ndim == 2:
+            a = column(AT, j, 0)
+            for lane in range(LANES):
+                _add_free_input(w, u, j, lane, a)
+        else:
+            for lane in range(LANES):
+                _add_free_input(w, u, j, lane, column(AT, j, lane))
 
 
 @njit(**INLINED)
@@ -254,6 +292,16 @@ def _direction(w: Floats) -> None:
 
 
 @njit(**INLINED)
+def _crossing(u: Floats, v: Floats, j: int, lane: int, slope: float) -> None:
+    """Input j of `_crossings`."""
+    speed = larger(abs(slope), 1e-200)
+    position = u[j * LANES + lane]
+    ahead = -position if slope >= 0.0 else position - 1.0  # distance to the near side of the box
+    v[j * LANES + lane] = speed
+    u[j * LANES + lane] = ahead / speed
+
+
+@njit(**INLINED)
 def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
     """v = A^T d; u becomes the step t at which an input enters the box; the slope of R . d at t = 0 and its own."""
     for lane in range(LANES):
@@ -267,16 +315,13 @@ def _crossings(w: Floats, u: Floats, v: Floats, AT: Floats) -> None:
         w[_CURVE + lane] = curve
         w[_T + lane] = 0.0
     for j in range(AT.shape[0]):
-        a0, a1, a2, a3, a4, a5 = AT[j, 0], AT[j, 1], AT[j, 2], AT[j, 3], AT[j, 4], AT[j, 5]
-        for lane in range(LANES):
-            slope = (a0 * w[_D + lane] + a1 * w[_D + LANES + lane] + a2 * w[_D + 2 * LANES + lane]) + (
-                a3 * w[_D + 3 * LANES + lane] + a4 * w[_D + 4 * LANES + lane] + a5 * w[_D + 5 * LANES + lane]
-            )
-            speed = larger(abs(slope), 1e-200)
-            position = u[j * LANES + lane]
-            ahead = -position if slope >= 0.0 else position - 1.0  # distance to the near side of the box
-            v[j * LANES + lane] = speed
-            u[j * LANES + lane] = ahead / speed
+        if AT.ndim == 2:
+            a = column(AT, j, 0)
+            for lane in range(LANES):
+                _crossing(u, v, j, lane, along(a, w, _D + lane))
+        else:
+            for lane in range(LANES):
+                _crossing(u, v, j, lane, along(column(AT, j, lane), w, _D + lane))
 
 
 @njit(**INLINED)
@@ -330,7 +375,7 @@ def qp_steps(
         Out: 1/2 + A^T nu; x is its clip to 0..1.
     v : (n * LANES,) float64 array
         Scratch.
-    AT : (n, 6) float64 array
+    AT : (n, 6) or (n, 6, LANES) float64 array
         The transpose of A; zero columns where there is one surface.
     tolerance : float
         Largest |R| that counts as solved.

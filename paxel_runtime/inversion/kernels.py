@@ -4,7 +4,8 @@ Plain arrays in and out, float64, no checks: `solver.py` makes the arguments and
 releases the interpreter lock and works on the pixels it is given, so threads can share a picture. The answer of a
 pixel does not depend on its neighbours.
 
-Two surfaces of 3 values make the 6 rows of A; with one surface the last 3 are zero.
+Two surfaces of 3 values make the 6 rows of A; with one surface the last 3 are zero. A and black are the same for all
+pixels, (n, 6) and (6,), or each pixel has its own, (m, n, 6) and (m, 6); the compiler keeps the branch that fits.
 """
 
 from __future__ import annotations
@@ -26,12 +27,15 @@ from paxel_runtime.inversion.box_qp import (
     S_FIRST,
     S_REST,
     Z,
+    along,
     clip,
+    column,
     larger,
     qp_steps,
     smaller,
 )
 from paxel_runtime.inversion.local_model import (
+    BLACK,
     CHANGE,
     LAB,
     MU,
@@ -45,6 +49,7 @@ from paxel_runtime.inversion.local_model import (
     aim_qp,
     expand,
     move_to_trial,
+    squared_dE76_jet,
     t_to_Lab,
 )
 from paxel_runtime.model.delta_e import TRUE_dE00, squared_dE00_jet
@@ -122,6 +127,30 @@ def solve_linear(
 
 
 @njit(**INLINED)
+def _lane_columns(AT: Floats) -> Floats:
+    """A as the lanes use it: the one of all pixels, or room for one a lane."""
+    if AT.ndim == 2:
+        return AT
+    return np.zeros((AT.shape[1], 6, LANES))
+
+
+@njit(**INLINED)
+def _take_own(AT: Floats, pixel: int, lane: int, columns: Floats) -> None:
+    """Give a lane the A of its pixel, where each has its own."""
+    if AT.ndim == 3:
+        for j in range(AT.shape[1]):
+            for i in range(6):
+                columns[j, i, lane] = AT[pixel, j, i]
+
+
+@njit(**INLINED)
+def _black_of(black: Floats, pixel: int, i: int) -> float:
+    if black.ndim == 1:
+        return black[i]
+    return black[pixel, i]
+
+
+@njit(**INLINED)
 def _set_compliance(w: Floats, value: float) -> None:
     """S = value times the identity on both surfaces."""
     for s in (0, 3):
@@ -137,14 +166,11 @@ def _write_x(u: Floats, lane: int, x: Floats, pixel: int) -> None:
 
 
 @njit(**INLINED)
-def _write_best(w: Floats, lane: int, AT: Floats, x: Floats, pixel: int) -> None:
+def _write_best(w: Floats, lane: int, columns: Floats, x: Floats, pixel: int) -> None:
     """The x of the last accepted point; of the multipliers so far where none was accepted."""
     row = _NU_HERE if w[VALUE + lane] < _NO_VALUE else NU
     for j in range(x.shape[1]):
-        t = 0.5
-        for i in range(6):
-            t += AT[j, i] * w[row + i * LANES + lane]
-        x[pixel, j] = clip(t)
+        x[pixel, j] = clip(0.5 + along(column(columns, j, lane), w, row + lane))
 
 
 @njit(**_KERNEL)
@@ -156,7 +182,8 @@ def solve_in_box(
     `queue` lists the pixels to solve; the other arguments are those of `solve_linear`. Status becomes EXACT where the
     residual is that of a reachable colour; else x is the nearest in XYZ and the status is left alone.
     """
-    n = AT.shape[0]
+    n = x.shape[1]
+    columns = _lane_columns(AT)
     w = np.zeros(ROWS * LANES)
     u = np.empty(n * LANES)
     v = np.empty(n * LANES)
@@ -166,12 +193,13 @@ def solve_in_box(
         w[NU : NU + 6 * LANES] = 0.0
         for lane in range(LANES):
             p = queue[first + min(lane, count - 1)]
+            _take_own(AT, p, lane, columns)
             for s in range(0, 6, 3):
                 tx, ty, tz = Lab_to_t(Lab[p, s], Lab[p, s + 1], Lab[p, s + 2])
-                w[Z + s * LANES + lane] = tx * white[0] - black[s]
-                w[Z + (s + 1) * LANES + lane] = ty * white[1] - black[s + 1]
-                w[Z + (s + 2) * LANES + lane] = tz * white[2] - black[s + 2]
-        qp_steps(w, u, v, AT, 1e-12, 40)
+                w[Z + s * LANES + lane] = tx * white[0] - _black_of(black, p, s)
+                w[Z + (s + 1) * LANES + lane] = ty * white[1] - _black_of(black, p, s + 1)
+                w[Z + (s + 2) * LANES + lane] = tz * white[2] - _black_of(black, p, s + 2)
+        qp_steps(w, u, v, columns, 1e-12, 40)
         for lane in range(count):
             p = queue[first + lane]
             _write_x(u, lane, x, p)
@@ -184,8 +212,11 @@ def solve_in_box(
 
 
 @njit(**INLINED)
-def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: Floats) -> None:
+def _fill(
+    w: Floats, lane: int, Lab: Floats, pixel: int, AT: Floats, columns: Floats, black: Floats, white: Floats
+) -> None:
     """Give a lane a new pixel: no multipliers, and the wanted colour itself as the first point to expand about."""
+    _take_own(AT, pixel, lane, columns)
     for s in range(0, 6, 3):
         L, a, b = Lab[pixel, s], Lab[pixel, s + 1], Lab[pixel, s + 2]
         tx, ty, tz = Lab_to_t(L, a, b)
@@ -197,6 +228,7 @@ def _fill(w: Floats, lane: int, Lab: Floats, pixel: int, black: Floats, white: F
         w[row + 2 * LANES] = smaller(larger(tz, 0.0), 1.5) * white[2]
     for i in range(6):
         w[NU + i * LANES + lane] = 0.0
+        w[BLACK + i * LANES + lane] = _black_of(black, pixel, i)
     w[MU + lane] = 0.0
     w[MU + 3 * LANES + lane] = 0.0
     w[_FRESH + lane] = 1.0
@@ -263,10 +295,11 @@ def newton(
     black: Floats,
     white: Floats,
     weights: Floats,
+    euclidean: bool,
     x: Floats,
     status: Labels,
 ) -> None:
-    """Minimise the weighted dE00^2 + dE00^2 over the box for the pixels of `queue` (Eqs. 5 and 7).
+    """Minimise the weighted dE00^2 + dE00^2 over the box for the pixels of `queue` (Eqs. 5 and 7); dE76 if `euclidean`.
 
     Each round expands dE00^2 about the point where a pixel stands, minimises that over the box, and judges the trial
     point. The first expansion is about the wanted colour itself. A lane that finishes takes the next pixel.
@@ -276,33 +309,33 @@ def newton(
     """
     w = np.zeros(_SIZE)
     second = w[3 * LANES :]  # the workspace as the second surface sees it
-    u = np.empty(AT.shape[0] * LANES)
-    v = np.empty(AT.shape[0] * LANES)
+    columns = _lane_columns(AT)
+    u = np.empty(x.shape[1] * LANES)
+    v = np.empty(x.shape[1] * LANES)
     # what a surface that is not there contributes: S = 1 and z = 0, so its multipliers stay 0
     _set_compliance(w, 1.0)
     per_white = (1.0 / white[0], 1.0 / white[1], 1.0 / white[2])
-    black_pattern, black_white = (black[0], black[1], black[2]), (black[3], black[4], black[5])
     pixels = np.full(LANES, -1)
     following, running = 0, 0
     for lane in range(min(LANES, queue.size)):
         pixels[lane] = queue[following]
-        _fill(w, lane, Lab, pixels[lane], black, white)
+        _fill(w, lane, Lab, pixels[lane], AT, columns, black, white)
         following += 1
         running += 1
     for lane in range(running, LANES):
-        _fill(w, lane, Lab, pixels[0], black, white)
+        _fill(w, lane, Lab, pixels[0], AT, columns, black, white)
     while running > 0:
-        expand(w, per_white, weights[0])
+        expand(w, per_white, weights[0], euclidean)
         if surfaces == 2:
-            expand(second, per_white, weights[1])
+            expand(second, per_white, weights[1], euclidean)
         _judge(w)
-        aim_qp(w, black_pattern, _DELTA)
+        aim_qp(w, _DELTA)
         if surfaces == 2:
-            aim_qp(second, black_white, _DELTA)
-        qp_steps(w, u, v, AT, 1e-10, _QP_STEPS)
-        move_to_trial(w, black_pattern)
+            aim_qp(second, _DELTA)
+        qp_steps(w, u, v, columns, 1e-10, _QP_STEPS)
+        move_to_trial(w)
         if surfaces == 2:
-            move_to_trial(second, black_white)
+            move_to_trial(second)
         for lane in range(LANES):
             p = pixels[lane]
             arrived = w[DONE + lane] > 0.0 and _promise(w, lane) > -_CONVERGED and w[VALUE + lane] < _NO_VALUE
@@ -312,20 +345,32 @@ def newton(
             if arrived:
                 _write_x(u, lane, x, p)
             else:
-                _write_best(w, lane, AT, x, p)
+                _write_best(w, lane, columns, x, p)
             status[p] = OPTIMUM if arrived else CAPPED
             if following < queue.size:
                 pixels[lane] = queue[following]
-                _fill(w, lane, Lab, pixels[lane], black, white)
+                _fill(w, lane, Lab, pixels[lane], AT, columns, black, white)
                 following += 1
             else:
                 pixels[lane] = -1
                 running -= 1
 
 
+@njit(**INLINED)
+def _entry(AT: Floats, pixel: int, j: int, i: int) -> float:
+    if AT.ndim == 2:
+        return AT[j, i]
+    return AT[pixel, j, i]
+
+
 @njit(**_KERNEL)
-def evaluate(x: Floats, Lab: Floats, surfaces: int, AT: Floats, black: Floats, white: Floats, dE: Floats) -> None:
-    """dE00 between the wanted colours (m, 6) and those that x (m, n) gives, on each surface: `dE` (m, 2), out."""
+def evaluate(
+    x: Floats, Lab: Floats, surfaces: int, AT: Floats, black: Floats, white: Floats, euclidean: bool, dE: Floats
+) -> None:
+    """dE00 between the wanted colours (m, 6) and those that x (m, n) gives, on each surface: `dE` (m, 2), out.
+
+    dE76 where `euclidean`.
+    """
     y = np.empty(6 * LANES)
     wanted = np.empty(6 * LANES)
     out = np.empty(LANES)
@@ -334,16 +379,22 @@ def evaluate(x: Floats, Lab: Floats, surfaces: int, AT: Floats, black: Floats, w
         for lane in range(LANES):
             p = first + min(lane, count - 1)
             for i in range(6):
-                value = black[i]
-                for j in range(AT.shape[0]):
-                    value += AT[j, i] * x[p, j]
+                value = _black_of(black, p, i)
+                for j in range(x.shape[1]):
+                    value += _entry(AT, p, j, i) * x[p, j]
                 y[i * LANES + lane] = value / white[i % 3]
                 wanted[i * LANES + lane] = Lab[p, i]
         for s in range(surfaces):
             row = 3 * s * LANES
-            for lane in range(LANES):
-                L, a, b = t_to_Lab(y[row + lane], y[row + LANES + lane], y[row + 2 * LANES + lane])
-                L1, a1, b1 = wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane]
-                out[lane] = squared_dE00_jet(L1, a1, b1, L, a, b, TRUE_dE00)[0]
+            if euclidean:
+                for lane in range(LANES):
+                    L, a, b = t_to_Lab(y[row + lane], y[row + LANES + lane], y[row + 2 * LANES + lane])
+                    L1, a1, b1 = wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane]
+                    out[lane] = squared_dE76_jet(L1, a1, b1, L, a, b)[0]
+            else:
+                for lane in range(LANES):
+                    L, a, b = t_to_Lab(y[row + lane], y[row + LANES + lane], y[row + 2 * LANES + lane])
+                    L1, a1, b1 = wanted[row + lane], wanted[row + LANES + lane], wanted[row + 2 * LANES + lane]
+                    out[lane] = squared_dE00_jet(L1, a1, b1, L, a, b, TRUE_dE00)[0]
             for lane in range(count):
                 dE[first + lane, s] = math.sqrt(out[lane])

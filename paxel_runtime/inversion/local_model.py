@@ -1,4 +1,4 @@
-"""The local model of dE00^2 + dE00^2 in XYZ that one Newton step of the inversion minimises, in SIMD lanes.
+"""The local model of dE00^2 + dE00^2 (or dE76^2) in XYZ that one Newton step of the inversion minimises, in SIMD lanes.
 
 On each surface dE00^2 is expanded to second order about the XYZ where the pixel stands. The expansion is kept in
 *local Lab coordinates*: Lab along XYZ linearised there, J = dLab/dXYZ, so that its numbers are those of dE00 (0.06 to
@@ -23,6 +23,7 @@ from paxel_runtime.model.delta_e import squared_dE00_jet
 from paxel_runtime.numba_options import INLINED
 
 __all__ = [
+    "BLACK",
     "CHANGE",
     "LAB",
     "MU",
@@ -36,17 +37,20 @@ __all__ = [
     "aim_qp",
     "expand",
     "move_to_trial",
+    "squared_dE76_jet",
     "t_to_Lab",
 ]
 
 Floats: TypeAlias = NDArray[np.float64]
 Vec3: TypeAlias = tuple[float, float, float]
+Jet8: TypeAlias = tuple[float, float, float, float, float, float, float, float]
 
 # Rows of the workspace, after those of the QP: 3 for each surface (see box_qp) but for the damping
 LAB = ROWS * LANES  # 3: wanted Lab
 CHANGE = LAB + 6 * LANES  # 1: change of dE00^2 that the model promises
 MU = CHANGE + 6 * LANES  # 1 in all, at both surfaces' places: damping, dE00^2 a Lab unit squared
-POINT = MU + 6 * LANES  # where the pixel stands, POINT_ROWS rows:
+BLACK = MU + 6 * LANES  # 3: XYZ at x = 0
+POINT = BLACK + 6 * LANES  # where the pixel stands, POINT_ROWS rows:
 XYZ = POINT  # 3: XYZ there
 _FP = XYZ + 6 * LANES  # 3: df/dXYZ, f being CIELAB's cube root
 _G = _FP + 6 * LANES  # 3: gradient
@@ -151,41 +155,64 @@ def _least_eigenvalue(LL: float, La: float, Lb: float, aa: float, ab: float, bb:
     return _toward_root(z, trace, minors, det, slope_floor)
 
 
-@njit(**_KERNEL)
-def expand(w: Floats, per_white: Vec3, weight: float) -> None:
-    """Expand weight dE00^2 of one surface about its trial points: value, gradient, Hessian, df/dXYZ.
+@njit(**INLINED)
+def squared_dE76_jet(
+    L1: float, a1: float, b1: float, L2: float, a2: float, b2: float
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Squared distance in CIELAB, in the form of `squared_dE00_jet`."""
+    dL, da, db = L2 - L1, a2 - a1, b2 - b1
+    return dL * dL + da * da + db * db, 2.0 * dL, 2.0 * da, 2.0 * db, 2.0, 2.0, 0.0, 2.0
 
-    The curvature of CIELAB adds diag(g f'' / f'^2) in the coordinates f(X), f(Y), f(Z). `per_white` is 1 / white point.
+
+@njit(**INLINED)
+def _cube_roots(w: Floats, per_white: Vec3, lane: int) -> tuple[Vec3, Vec3, Vec3]:
+    """f' and f'' / f'^2 of X, Y, Z at the trial point, and its Lab."""
+    y = XYZ + TRIAL + lane
+    fx, fx1, fx2 = _f(w[y] * per_white[0])
+    fy, fy1, fy2 = _f(w[y + LANES] * per_white[1])
+    fz, fz1, fz2 = _f(w[y + 2 * LANES] * per_white[2])
+    return (fx1, fy1, fz1), (fx2, fy2, fz2), (116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz))
+
+
+@njit(**INLINED)
+def _keep(w: Floats, lane: int, per_white: Vec3, weight: float, slope: Vec3, curve: Vec3, jet: Jet8) -> None:
+    """Write down the expansion; the curvature of CIELAB adds diag(g f'' / f'^2) in f(X), f(Y), f(Z)."""
+    value, gL, ga, gb, LL, aa, ab, bb = jet
+    gL, ga, gb = weight * gL, weight * ga, weight * gb
+    cx, cy, cz = 500.0 * ga * curve[0], (116.0 * gL - 500.0 * ga + 200.0 * gb) * curve[1], -200.0 * gb * curve[2]
+    LL = weight * LL + (cx + cy + cz) * _PER_116**2
+    La, Lb, ab = cx * (0.002 * _PER_116), cz * (-0.005 * _PER_116), weight * ab
+    aa, bb = weight * aa + cx * 0.002**2, weight * bb + cz * 0.005**2
+    shift = larger(0.0, weight * _FLOOR - _least_eigenvalue(LL, La, Lb, aa, ab, bb))
+    _store3(w, _FP + TRIAL + lane, slope[0] * per_white[0], slope[1] * per_white[1], slope[2] * per_white[2])
+    _store3(w, _G + TRIAL + lane, gL, ga, gb)
+    _store3(w, _H_FIRST + TRIAL + lane, LL + shift, La, Lb)
+    _store3(w, _H_REST + TRIAL + lane, aa + shift, ab, bb + shift)
+    w[VALUE + TRIAL + lane] = weight * value
+
+
+@njit(**_KERNEL)
+def expand(w: Floats, per_white: Vec3, weight: float, euclidean: bool) -> None:
+    """Expand weight dE^2 of one surface about its trial points: value, gradient, Hessian, df/dXYZ.
+
+    `per_white` is 1 / white point; `euclidean` takes dE76 instead of dE00.
     """
-    for lane in range(LANES):
-        y, wanted = XYZ + TRIAL + lane, LAB + lane
-        fx, fx1, fx2 = _f(w[y] * per_white[0])
-        fy, fy1, fy2 = _f(w[y + LANES] * per_white[1])
-        fz, fz1, fz2 = _f(w[y + 2 * LANES] * per_white[2])
-        value, gL, ga, gb, LL, aa, ab, bb = squared_dE00_jet(
-            w[wanted],
-            w[wanted + LANES],
-            w[wanted + 2 * LANES],
-            116.0 * fy - 16.0,
-            500.0 * (fx - fy),
-            200.0 * (fy - fz),
-            _SOFTNESS,
-        )
-        gL, ga, gb = weight * gL, weight * ga, weight * gb
-        cx, cy, cz = 500.0 * ga * fx2, (116.0 * gL - 500.0 * ga + 200.0 * gb) * fy2, -200.0 * gb * fz2
-        LL = weight * LL + (cx + cy + cz) * _PER_116**2
-        La, Lb, ab = cx * (0.002 * _PER_116), cz * (-0.005 * _PER_116), weight * ab
-        aa, bb = weight * aa + cx * 0.002**2, weight * bb + cz * 0.005**2
-        shift = larger(0.0, weight * _FLOOR - _least_eigenvalue(LL, La, Lb, aa, ab, bb))
-        _store3(w, _FP + TRIAL + lane, fx1 * per_white[0], fy1 * per_white[1], fz1 * per_white[2])
-        _store3(w, _G + TRIAL + lane, gL, ga, gb)
-        _store3(w, _H_FIRST + TRIAL + lane, LL + shift, La, Lb)
-        _store3(w, _H_REST + TRIAL + lane, aa + shift, ab, bb + shift)
-        w[VALUE + TRIAL + lane] = weight * value
+    if euclidean:
+        for lane in range(LANES):
+            slope, curve, seen = _cube_roots(w, per_white, lane)
+            row = LAB + lane
+            jet = squared_dE76_jet(w[row], w[row + LANES], w[row + 2 * LANES], seen[0], seen[1], seen[2])
+            _keep(w, lane, per_white, weight, slope, curve, jet)
+    else:
+        for lane in range(LANES):
+            slope, curve, seen = _cube_roots(w, per_white, lane)
+            row = LAB + lane
+            jet = squared_dE00_jet(w[row], w[row + LANES], w[row + 2 * LANES], seen[0], seen[1], seen[2], _SOFTNESS)
+            _keep(w, lane, per_white, weight, slope, curve, jet)
 
 
 @njit(**_KERNEL)
-def aim_qp(w: Floats, black: Vec3, delta: float) -> None:
+def aim_qp(w: Floats, delta: float) -> None:
     """S = delta J^-1 H^-1 J^-T and z = XYZ - black - J^-1 H^-1 g of the QP of one step, for one surface."""
     for lane in range(LANES):
         mu = w[MU + lane]
@@ -212,17 +239,18 @@ def aim_qp(w: Floats, black: Vec3, delta: float) -> None:
             w, S_REST + lane, e * y1 * y1 * Y0 * L, e * y1 * z1 * (Y0 * L + Y2 * b), e * z1 * z1 * (Z0 * L + Z2 * b)
         )
         tx, ty, tz = _load3(w, XYZ + lane)
+        bx, by, bz = _load3(w, BLACK + lane)
         _store3(
             w,
             Z + lane,
-            tx - black[0] - d * x1 * (X0 * gL + X1 * ga + X2 * gb),
-            ty - black[1] - d * y1 * (Y0 * gL + Y1 * ga + Y2 * gb),
-            tz - black[2] - d * z1 * (Z0 * gL + Z1 * ga + Z2 * gb),
+            tx - bx - d * x1 * (X0 * gL + X1 * ga + X2 * gb),
+            ty - by - d * y1 * (Y0 * gL + Y1 * ga + Y2 * gb),
+            tz - bz - d * z1 * (Z0 * gL + Z1 * ga + Z2 * gb),
         )
 
 
 @njit(**_KERNEL)
-def move_to_trial(w: Floats, black: Vec3) -> None:
+def move_to_trial(w: Floats) -> None:
     """Trial XYZ of one surface from the QP (A x = z - S nu - R), and the change of dE00^2 that the model promises."""
     for lane in range(LANES):
         s00, s01, s02 = _load3(w, S_FIRST + lane)
@@ -230,9 +258,10 @@ def move_to_trial(w: Floats, black: Vec3) -> None:
         n0, n1, n2 = _load3(w, NU + lane)
         z0, z1, z2 = _load3(w, Z + lane)
         r0, r1, r2 = _load3(w, RES + lane)
-        tx = black[0] + z0 - r0 - (s00 * n0 + s01 * n1 + s02 * n2)
-        ty = black[1] + z1 - r1 - (s01 * n0 + s11 * n1 + s12 * n2)
-        tz = black[2] + z2 - r2 - (s02 * n0 + s12 * n1 + s22 * n2)
+        bx, by, bz = _load3(w, BLACK + lane)
+        tx = bx + z0 - r0 - (s00 * n0 + s01 * n1 + s02 * n2)
+        ty = by + z1 - r1 - (s01 * n0 + s11 * n1 + s12 * n2)
+        tz = bz + z2 - r2 - (s02 * n0 + s12 * n1 + s22 * n2)
         _store3(w, XYZ + TRIAL + lane, tx, ty, tz)
         hx, hy, hz = _load3(w, XYZ + lane)
         fx1, fy1, fz1 = _load3(w, _FP + lane)

@@ -9,6 +9,9 @@ section 9); each takes only the pixels the one before it left:
 3. Out of gamut: *Newton's method* on dE00^2 + dE00^2 with exact Hessians. XYZ is linear in x, so each step is a
    quadratic programme in 6 values of XYZ, whatever the number of inputs, and its answer is the nearest one to 1/2.
 
+A model with a measured correction c(x) is solved for wanted XYZ - c(x) a few times over (*polish*): c is small and
+smooth, so x settles quickly. An image-based model has another A at each pixel: stage 2 takes the place of stage 1.
+
 Pictures stream through in chunks, shared by threads. Nothing here knows files, clusters' places or codes.
 """
 
@@ -24,7 +27,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.inversion import kernels
-from paxel_runtime.model.prediction import PredictionModel
+from paxel_runtime.model.colorimetry import Lab_to_XYZ, XYZ_to_Lab
+from paxel_runtime.model.correction import Correction
+from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 
 __all__ = ["CAPPED", "EXACT", "OPTIMUM", "STATUS_NAMES", "Inversion", "invert"]
 
@@ -38,6 +43,9 @@ CAPPED = kernels.CAPPED
 STATUS_NAMES = {EXACT: "exact", OPTIMUM: "optimum", CAPPED: "capped"}
 
 _LARGEST_LAB = 1000.0
+_POLISH_ROUNDS = 8
+_SETTLED_DE00 = 0.005  # polishing a corrected colour stops here
+_MET_DE00 = 0.01  # and this near it counts as met
 _CHUNK = 16384  # pixels: a few MB of work space a thread, some 10 ms of work
 
 
@@ -50,7 +58,8 @@ class Inversion:
     x : (..., n) float32 or float64 array
         Linear inputs, 0..1; x[i * N + j] is channel j on cluster i.
     dE_pattern : (...) array
-        dE00 on the pattern between the wanted colour and the colour of x, recomputed from x.
+        dE00 (or dE76, if that was asked for) on the pattern between the wanted colour and the colour of x, recomputed
+        from x.
     dE_white : (...) array or None
         The same on the white surface; None with one surface.
     status : (...) uint8 array
@@ -72,11 +81,13 @@ class _System:
     """The model as the kernels want it: 6 equations, those of an absent surface zero."""
 
     surfaces: int
-    AT: NDArray[np.float64]
-    black: NDArray[np.float64]
+    AT: NDArray[np.float64]  # (n, 6), or (pixels, n, 6) of an image-based model's chunk
+    black: NDArray[np.float64]  # (6,) or (pixels, 6)
     white: NDArray[np.float64]
     weights: NDArray[np.float64]
+    euclidean: bool
     right_inverse: NDArray[np.float64] | None  # None where A has no full row rank: XYZ that no x gives
+    correction: Correction | None
 
     @property
     def is_unique(self) -> bool:
@@ -90,6 +101,7 @@ def invert(
     model: PredictionModel,
     *,
     weights: tuple[float, float] = (1.0, 1.0),
+    metric: str = "dE00",
     progress: Callable[[int, int], None] | None = None,
 ) -> Inversion:
     """Find the linear inputs that show one colour on the pattern and another on the white surface.
@@ -101,9 +113,12 @@ def invert(
     Lab_white : (..., 3) array or None
         Wanted CIELAB on the second surface, of the same shape; None to ask for the pattern alone (Eq. 7).
     model : PredictionModel
-        The spectral model: A (3, n) on each surface.
+        A (3, n) on each surface; or an image-based one, A (H, W, 3, n), for pictures of (H, W) pixels. Its correction,
+        if it has one, is part of what is solved.
     weights : (float, float)
         Weights of dE00^2 on the pattern and on the white surface, > 0; only their ratio matters.
+    metric : "dE00" | "dE76"
+        Colour difference that is minimised and reported; dE76 is the plain distance in CIELAB.
     progress : callable, optional
         Called as ``progress(pixels_done, pixels)`` after each chunk, from the calling thread.
 
@@ -117,11 +132,12 @@ def invert(
     ------
     InputError
         If a picture is not (..., 3), empty or not finite, the two differ in shape, a second picture is asked of a
-        model with one surface, the model is image-based or has no positive white point, or a weight is not positive.
+        model with one surface, an image-based model is of another size, the model has no positive white point, or a
+        weight is not positive.
     """
-    system = _system(model, Lab_white is not None, weights)
     pattern = _picture(Lab_pattern, "Lab_pattern")
     white = None if Lab_white is None else _picture(Lab_white, "Lab_white")
+    system_of = _systems(model, Lab_white is not None, weights, metric, pattern.shape[:-1])
     if white is not None and white.shape != pattern.shape:
         raise InputError(
             f"invert: Lab_pattern and Lab_white must have one shape, got {pattern.shape} and {white.shape}"
@@ -132,11 +148,11 @@ def invert(
     rows = [Lab.reshape(-1, 3) for Lab in given]
     pixels = len(rows[0])
     x = np.empty((pixels, model.n), dtype)
-    dE = np.empty((system.surfaces, pixels), dtype)
+    dE = np.empty((len(given), pixels), dtype)
     status = np.empty(pixels, np.uint8)
 
     def solve(chunk: slice) -> int:
-        x[chunk], dE[:, chunk], status[chunk] = _invert_chunk([Lab[chunk] for Lab in rows], system, dtype)
+        x[chunk], dE[:, chunk], status[chunk] = _invert_chunk([Lab[chunk] for Lab in rows], system_of(chunk), dtype)
         return chunk.stop - chunk.start
 
     _each_chunk(solve, pixels, progress)
@@ -151,12 +167,21 @@ def invert(
 def _invert_chunk(
     rows: list[NDArray[np.floating]], system: _System, dtype: type[np.floating]
 ) -> tuple[NDArray[np.floating], NDArray[np.floating], NDArray[np.uint8]]:
-    """The three stages for a few thousand pixels; x (m, n), dE (surfaces, m), status (m,)."""
-    AT, black, white = system.AT, system.black, system.white
+    """All stages for a few thousand pixels; x (m, n), dE (surfaces, m), status (m,)."""
     Lab = np.zeros((len(rows[0]), 6))  # L* = 0 for an absent surface: XYZ = 0, as its zero rows of A give
     for s, picture in enumerate(rows):
         Lab[:, 3 * s : 3 * s + 3] = picture
-    x = np.empty((len(Lab), len(AT)))
+    x, status = _solve(Lab, system)
+    if system.correction is not None:
+        x, status = _polish(Lab, x, status, system)
+    x_out = x.astype(dtype)
+    return x_out, _errors(x_out.astype(np.float64), Lab, system).T, status
+
+
+def _solve(Lab: NDArray[np.float64], system: _System) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """The three stages on A x + black; x (m, n), status (m,)."""
+    AT, black, white = system.AT, system.black, system.white
+    x = np.empty((len(Lab), AT.shape[-2]))
     status = np.full(len(Lab), kernels.PENDING, np.uint8)
     if system.right_inverse is not None:
         kernels.solve_linear(Lab, AT, system.right_inverse, black, white, x, status)
@@ -164,11 +189,46 @@ def _invert_chunk(
         queue = np.flatnonzero(status == kernels.PENDING)
         kernels.solve_in_box(Lab, queue, AT, black, white, x, status)
     queue = np.flatnonzero(status == kernels.PENDING)
-    kernels.newton(Lab, queue, system.surfaces, AT, black, white, system.weights, x, status)
-    x_out = x.astype(dtype)
-    dE = np.empty((len(Lab), system.surfaces))
-    kernels.evaluate(x_out.astype(np.float64), Lab, system.surfaces, AT, black, white, dE)
-    return x_out, dE.T, status
+    kernels.newton(Lab, queue, system.surfaces, AT, black, white, system.weights, system.euclidean, x, status)
+    return x, status
+
+
+def _polish(
+    Lab: NDArray[np.float64], x: NDArray[np.float64], status: NDArray[np.uint8], system: _System
+) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    """Solve again for the wanted XYZ less the correction at the x so far; keep what comes nearer, pixel by pixel."""
+    white = np.tile(system.white, 2)
+    wanted = np.concatenate([Lab_to_XYZ(Lab[:, s : s + 3], system.white) for s in (0, 3)], axis=1)
+    dE = _errors(x, Lab, system)
+    todo = np.flatnonzero(dE.max(axis=1) > _SETTLED_DE00)
+    for _ in range(_POLISH_ROUNDS):
+        if not len(todo):
+            break
+        aim = wanted[todo] - _more_XYZ(x[todo], system)
+        aim_Lab = np.concatenate([XYZ_to_Lab(aim[:, s : s + 3], white[:3]) for s in (0, 3)], axis=1)
+        tried, tried_status = _solve(aim_Lab, system)
+        tried_dE = _errors(tried, Lab[todo], system)
+        nearer = tried_dE**2 @ system.weights[: system.surfaces] < dE[todo] ** 2 @ system.weights[: system.surfaces]
+        x[todo[nearer]], status[todo[nearer]], dE[todo[nearer]] = tried[nearer], tried_status[nearer], tried_dE[nearer]
+        todo = todo[nearer & (tried_dE.max(axis=1) > _SETTLED_DE00)]
+    met = dE.max(axis=1) <= _MET_DE00
+    return x, np.where(met, kernels.EXACT, np.where(status == kernels.EXACT, kernels.OPTIMUM, status)).astype(np.uint8)
+
+
+def _more_XYZ(x: NDArray[np.float64], system: _System) -> NDArray[np.float64]:
+    """What the correction adds at x on both surfaces, (m, 6)."""
+    more = np.zeros((len(x), 6))
+    if system.correction is not None:
+        more[:, : 3 * system.surfaces] = system.correction.XYZ(x)[:, : system.surfaces].reshape(len(x), -1)
+    return more
+
+
+def _errors(x: NDArray[np.float64], Lab: NDArray[np.float64], system: _System) -> NDArray[np.float64]:
+    """dE00 on each surface of what x really shows, correction included, (m, surfaces)."""
+    black = system.black if system.correction is None else system.black + _more_XYZ(x, system)
+    dE = np.empty((len(x), system.surfaces))
+    kernels.evaluate(x, Lab, system.surfaces, system.AT, black, system.white, system.euclidean, dE)
+    return dE
 
 
 def _each_chunk(solve: Callable[[slice], int], pixels: int, progress: Callable[[int, int], None] | None) -> None:
@@ -210,25 +270,28 @@ def _picture(Lab: ArrayLike, name: str) -> NDArray[np.floating]:
     return array
 
 
-def _system(model: PredictionModel, two: bool, weights: tuple[float, float]) -> _System:
+def _systems(
+    model: PredictionModel, two: bool, weights: tuple[float, float], metric: str, shape: tuple[int, ...]
+) -> Callable[[slice], _System]:
+    """The system of a chunk of pixels: one for all, or each pixel's own, read as it is asked for."""
     if two and model.white is None:
         raise InputError("invert: the model has one surface; give Lab_white = None, or a model with a white surface")
-    surfaces = [model.pattern, model.white] if two else [model.pattern]
+    surfaces = [surface for surface in (model.pattern, model.white if two else None) if surface is not None]
     white = np.asarray(model.white_point, np.float64)
     if white.shape != (3,) or not np.all(np.isfinite(white)) or not np.all(white > 0):
         raise InputError(f"invert: the model's white_point must be 3 positive XYZ values, got {model.white_point}")
     if len(weights) != 2 or not all(np.isfinite(w) and w > 0 for w in weights):
         raise InputError(f"invert: weights must be two numbers > 0, got {weights}")
-    AT = np.zeros((model.n, 6))
-    black = np.zeros(6)
-    for s, surface in enumerate(surfaces):
-        assert surface is not None
-        if surface.A.ndim != 2 or not (np.isfinite(surface.A).all() and np.isfinite(surface.black).all()):
-            raise InputError(
-                f"invert needs a spectral model with finite A (3, n) and black (3,), got A of {surface.A.shape}"
-            )
-        AT[:, 3 * s : 3 * s + 3] = surface.A.T
-        black[3 * s : 3 * s + 3] = surface.black
+    if metric not in ("dE00", "dE76"):
+        raise InputError(f"invert: metric must be dE00 or dE76, got {metric!r}")
+    euclidean = metric == "dE76"
+    share = np.array(weights[: len(surfaces)] + (1.0,) * (2 - len(surfaces)), np.float64)
+    share /= share[: len(surfaces)].mean()
+    if surfaces[0].A.ndim > 2:
+        return _local_systems(model, surfaces, white, share, euclidean, shape)
+    AT, black = _equations([surface.A for surface in surfaces], [surface.black for surface in surfaces])
+    if not (np.isfinite(AT).all() and np.isfinite(black).all()):
+        raise InputError("invert: the model's A and black must be finite; calibrate anew: paxel calibrate --force")
     rows = 3 * len(surfaces)
     # Below 1e-6 of the largest singular value A is singular for measured data, and a linear solve is not exact.
     singular_values = np.linalg.svd(AT[:, :rows], compute_uv=False)
@@ -236,5 +299,45 @@ def _system(model: PredictionModel, two: bool, weights: tuple[float, float]) -> 
     if model.n >= rows and singular_values[-1] > 1e-6 * singular_values[0]:
         inverse = np.zeros((model.n, 6))
         inverse[:, :rows] = np.linalg.pinv(AT[:, :rows].T)
-    share = np.array(weights[: len(surfaces)] + (1.0,) * (2 - len(surfaces)), np.float64)
-    return _System(len(surfaces), AT, black, white, share / share[: len(surfaces)].mean(), inverse)
+    system = _System(len(surfaces), AT, black, white, share, euclidean, inverse, model.correction)
+    return lambda chunk: system
+
+
+def _local_systems(
+    model: PredictionModel,
+    surfaces: list[SurfaceModel],
+    white: NDArray[np.float64],
+    share: NDArray[np.float64],
+    euclidean: bool,
+    shape: tuple[int, ...],
+) -> Callable[[slice], _System]:
+    """Each pixel's own equations, a chunk at a time; A may be memory-mapped."""
+    for name, surface in zip(("pattern", "white"), surfaces, strict=False):
+        if surface.A.shape[:-2] != shape:
+            raise InputError(
+                f"invert: an image-based model of {surface.A.shape[:-2]} pixels ({name}) needs pictures of that size, "
+                f"got {shape}"
+            )
+    A = [surface.A.reshape(-1, 3, model.n) for surface in surfaces]
+    dark = [np.broadcast_to(surface.black, (*shape, 3)).reshape(-1, 3) for surface in surfaces]
+
+    def system_of(chunk: slice) -> _System:
+        AT, black = _equations([a[chunk] for a in A], [b[chunk] for b in dark])
+        # where the camera saw nothing no light arrives: x stays in the middle
+        unseen = ~(np.isfinite(AT).all(axis=(1, 2)) & np.isfinite(black).all(axis=1))
+        AT[unseen], black[unseen] = 0.0, 0.0
+        return _System(len(surfaces), AT, black, white, share, euclidean, None, model.correction)
+
+    return system_of
+
+
+def _equations(
+    A: list[NDArray[np.floating]], black: list[NDArray[np.floating]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A^T (..., n, 6) and black (..., 6) of both surfaces, zero where there is none."""
+    *pixels, _, n = A[0].shape
+    AT, dark = np.zeros((*pixels, n, 6)), np.zeros((*pixels, 6))
+    for s, (a, b) in enumerate(zip(A, black, strict=True)):
+        AT[..., 3 * s : 3 * s + 3] = np.swapaxes(a, -1, -2)
+        dark[..., 3 * s : 3 * s + 3] = b
+    return AT, dark

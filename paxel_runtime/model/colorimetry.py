@@ -7,8 +7,12 @@ This file knows nothing of projectors, patterns or clusters.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 from importlib.resources import files
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,9 +26,11 @@ __all__ = [
     "Lab_to_sRGB",
     "XYZ_to_Lab",
     "XYZ_to_linear_sRGB",
+    "illuminant_D50",
     "illuminant_D65",
     "linear_sRGB_to_XYZ",
     "linear_sRGB_to_sRGB",
+    "observer",
     "sRGB_to_Lab",
     "sRGB_to_linear_sRGB",
     "spectra_to_XYZ",
@@ -49,10 +55,27 @@ _EPSILON = (6.0 / 29.0) ** 3
 _KAPPA = (29.0 / 3.0) ** 3
 
 
+_OBSERVERS = {2: "cie_1931_2deg_5nm.csv", 10: "cie_1964_10deg_5nm.csv"}
+_observer_deg: ContextVar[int] = ContextVar("observer_deg", default=2)
+
+
+@contextmanager
+def observer(degrees: Literal[2, 10]) -> Iterator[None]:
+    """Let `spectra_to_XYZ` see with the CIE 1931 2-degree or the CIE 1964 10-degree observer inside a ``with`` block.
+
+    The one place where the observer is chosen: whatever is computed from spectra in the block follows.
+    """
+    token = _observer_deg.set(degrees)
+    try:
+        yield
+    finally:
+        _observer_deg.reset(token)
+
+
 @cache
-def _color_matching_functions() -> NDArray[np.float64]:
-    """CIE 1931 2-degree observer on `WAVELENGTHS_NM`, (81, 3); checked against colour-science in the tests."""
-    path = files("paxel_runtime") / "data" / "cie_1931_2deg_5nm.csv"
+def _color_matching_functions(degrees: int) -> NDArray[np.float64]:
+    """CIE standard observer on `WAVELENGTHS_NM`, (81, 3); checked against colour-science in the tests."""
+    path = files("paxel_runtime") / "data" / _OBSERVERS[degrees]
     with path.open(encoding="utf-8") as file:
         table = np.loadtxt(file, delimiter=",", comments="#")
     assert np.array_equal(table[:, 0], WAVELENGTHS_NM)
@@ -62,12 +85,23 @@ def _color_matching_functions() -> NDArray[np.float64]:
 @cache
 def illuminant_D65() -> NDArray[np.float64]:
     """Relative spectral power of CIE illuminant D65 on `WAVELENGTHS_NM`, (81,), 100 at 560 nm."""
-    with (files("paxel_runtime") / "data" / "cie_d65_5nm.csv").open(encoding="utf-8") as file:
-        return np.ascontiguousarray(np.loadtxt(file, delimiter=",", comments="#")[:, 1])
+    return _illuminant("d65")
+
+
+@cache
+def illuminant_D50() -> NDArray[np.float64]:
+    """Relative spectral power of CIE illuminant D50 on `WAVELENGTHS_NM`, (81,), 100 at 560 nm: light of print shops."""
+    return _illuminant("d50")
+
+
+def _illuminant(name: str) -> NDArray[np.float64]:
+    with (files("paxel_runtime") / "data" / f"cie_{name}_5nm.csv").open(encoding="utf-8") as file:
+        wavelengths_nm, power = np.loadtxt(file, delimiter=",", comments="#").T
+    return np.ascontiguousarray(power[np.isin(wavelengths_nm, WAVELENGTHS_NM)])
 
 
 def spectra_to_XYZ(spectra: ArrayLike) -> NDArray[np.float64]:
-    """Integrate spectra with the CIE 1931 2-degree observer.
+    """Integrate spectra with the CIE 1931 2-degree observer, or the one of `observer`.
 
     Parameters
     ----------
@@ -80,7 +114,7 @@ def spectra_to_XYZ(spectra: ArrayLike) -> NDArray[np.float64]:
         XYZ in that unit times nm: the caller divides by the Y of its white point (CIE 15:2018, section 7).
     """
     step_nm = WAVELENGTHS_NM[1] - WAVELENGTHS_NM[0]
-    return np.asarray(spectra, np.float64) @ _color_matching_functions() * step_nm
+    return np.asarray(spectra, np.float64) @ _color_matching_functions(_observer_deg.get()) * step_nm
 
 
 def XYZ_to_Lab(XYZ: ArrayLike, white_XYZ: ArrayLike) -> NDArray[np.floating]:

@@ -7,6 +7,21 @@ them. Nothing here knows how a sub-gamut is found (``paxel_design.gamut``) or ho
     text                    file name               object
     ``full``                ``full``                ``Full()``
     ``neutralize:50,0,0``   ``neutralize-50_0_0``   ``Neutralize(Lab=(50.0, 0.0, 0.0))``
+    ``hue-shift:45``        ``hue-shift-45``        ``HueShift(angle_deg=45)``
+    ``decolorize:free,2``   ``decolorize-free_2``   ``Decolorize("free", tolerance=2)``
+
+The definitions, with p the colour shown on one surface and q its partner, what the other surface shows at once:
+
+- *full*, *monochrome*: every p, whatever q is;
+- *hue-shift* (h, band): q's hue angle is at least h from p's, either way, and q's chroma at least `CHROMA_FLOOR`; p's
+  own chroma has no floor; q's lightness is free, or within `lightness_band` of p's;
+- *chroma* (s, band): q has p's hue and s times its chroma; lightness as above;
+- *decolorize*: q is gray: of any lightness (``free``), of p's own (``same``), or at p's place between black and full
+  white of its surface, in linear light (``relative``); or within `tolerance` of such a gray, in dE00;
+- *neutralize* (to c): q is c, or within `tolerance` of c, in dE00;
+- *full-change* (Section V-A1): p goes with a black and a white gray on the other surface, and with a complementary
+  colour there, one whose light adds up to gray with p's own;
+- *dual-image*: one side of a pair of sets of which every p goes with every q.
 """
 
 from __future__ import annotations
@@ -18,7 +33,27 @@ from typing import ClassVar
 
 from paxel_runtime.errors import InputError
 
-__all__ = ["EFFECTS", "DualImage", "Effect", "Full", "Neutralize", "parse_effect"]
+__all__ = [
+    "CHROMA_FLOOR",
+    "EFFECTS",
+    "Chroma",
+    "Decolorize",
+    "DualImage",
+    "Effect",
+    "Full",
+    "FullChange",
+    "HueShift",
+    "Monochrome",
+    "Neutralize",
+    "parse_effect",
+    "require_projectable",
+]
+
+CHROMA_FLOOR = 5.0
+"""Least chroma of the partner of a hue shift, CIELAB: below it a hue is not seen."""
+
+LARGEST_HUE_SHIFT_DEG = 170.0
+"""At 180 degrees the partners are half-planes without volume."""
 
 
 class Effect(ABC):
@@ -33,11 +68,17 @@ class Effect(ABC):
     pictures : tuple of str
         The pictures it wants: ``("image",)``, shown on the surface the sub-gamut is shown on, or
         ``("on_pattern", "on_white")``.
+    surfaces : int
+        How many surfaces the model must have.
+    projectable : bool
+        Whether `paxel_runtime.make_projection` can show it; a sub-gamut and its figures exist for every row.
     """
 
     key: ClassVar[str]
     description: ClassVar[str]
-    pictures: ClassVar[tuple[str, ...]]
+    pictures: ClassVar[tuple[str, ...]] = ("image",)
+    surfaces: ClassVar[int] = 2
+    projectable: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -80,16 +121,116 @@ class Full(_WithoutSettings):
 
     key = "full"
     description = "one picture in every colour its surface can show; the other surface is left free"
-    pictures = ("image",)
+    surfaces = 1
+    projectable = True
 
 
 @dataclass(frozen=True)
-class DualImage(_WithoutSettings):
-    """Two pictures, one a surface, each in colours that go with every colour of the other (a product pair)."""
+class Monochrome(_WithoutSettings):
+    """One colour picture from light of one channel (Section V-B of the paper): the same set as `Full`."""
 
-    key = "dual-image"
-    description = "two pictures in one projection, one on each surface"
-    pictures = ("on_pattern", "on_white")
+    key = "monochrome"
+    description = "one colour picture from single-channel light, such as ultraviolet, on fluorescent inks"
+    surfaces = 1
+
+
+@dataclass(frozen=True)
+class HueShift(Effect):
+    """One picture whose hues turn by at least an angle on the other surface (Fig. 4a).
+
+    Attributes
+    ----------
+    angle_deg : float
+        Least difference of hue, > 0 and at most 170.
+    lightness_band : float or None
+        Largest difference of L* between both surfaces, > 0; None leaves it free.
+    """
+
+    angle_deg: float = 45.0
+    lightness_band: float | None = None
+
+    key = "hue-shift"
+    description = "one picture whose hues turn by at least an angle on the other surface"
+
+    def __post_init__(self) -> None:
+        _set_number(self, "angle_deg", 0, LARGEST_HUE_SHIFT_DEG, "45", above=True)
+        _set_number(self, "lightness_band", 0, 100, "45,10", above=True)
+
+    @property
+    def value(self) -> str:
+        return _text(self.angle_deg, self.lightness_band)
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(*_parts(value, 2, cls.key, "angle[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
+
+
+@dataclass(frozen=True)
+class Chroma(Effect):
+    """One picture whose chroma is multiplied on the other surface, its hues kept.
+
+    Attributes
+    ----------
+    scale : float
+        Partner's chroma over the picture's, > 0 and at most 10.
+    lightness_band : float or None
+        Largest difference of L* between both surfaces, > 0; None leaves it free.
+    """
+
+    scale: float = 0.5
+    lightness_band: float | None = None
+
+    key = "chroma"
+    description = "one picture whose chroma is multiplied on the other surface"
+
+    def __post_init__(self) -> None:
+        _set_number(self, "scale", 0, 10, "0.5", above=True)
+        _set_number(self, "lightness_band", 0, 100, "0.5,10", above=True)
+
+    @property
+    def value(self) -> str:
+        return _text(self.scale, self.lightness_band)
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(*_parts(value, 2, cls.key, "scale[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
+
+
+@dataclass(frozen=True)
+class Decolorize(Effect):
+    """One picture that turns gray on the other surface (Fig. 4b).
+
+    Attributes
+    ----------
+    lightness : str
+        Of the grays: ``"free"``, ``"relative"`` (the colour's place between black and full white of its surface, in
+        linear light, is the gray's place between those of the other surface) or ``"same"`` (nearly empty: the
+        pattern is always darker).
+    tolerance : float
+        Largest dE00 of the partner from such a gray, 0..10; 0 for exactly gray, 2 in the paper.
+    """
+
+    lightness: str = "free"
+    tolerance: float = 0.0
+
+    key = "decolorize"
+    description = "one picture that turns gray on the other surface"
+    LIGHTNESSES: ClassVar[tuple[str, ...]] = ("free", "relative", "same")
+
+    def __post_init__(self) -> None:
+        if self.lightness not in self.LIGHTNESSES:
+            raise InputError(
+                f"effect decolorize: lightness must be one of {', '.join(self.LIGHTNESSES)}; got {self.lightness!r}"
+            )
+        _set_number(self, "tolerance", 0, 10, "free,2")
+
+    @property
+    def value(self) -> str:
+        return self.lightness + (f",{_number_text(self.tolerance)}" if self.tolerance else "")
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(*_parts(value, 2, cls.key, "lightness[,tolerance]"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -100,18 +241,21 @@ class Neutralize(Effect):
     ----------
     Lab : tuple of 3 floats
         The uniform colour, CIELAB under the model's white point; L* 0..100.
+    tolerance : float
+        Largest dE00 of the partner from that colour, 0..10; 0 for exactly that colour.
 
     Raises
     ------
     InputError
-        If `Lab` is not three finite numbers with L* in 0..100.
+        If `Lab` is not three finite numbers with L* in 0..100, or the tolerance is out of range.
     """
 
     Lab: tuple[float, float, float] = (50.0, 0.0, 0.0)
+    tolerance: float = 0.0
 
     key = "neutralize"
     description = "one picture that vanishes into one uniform colour on the other surface"
-    pictures = ("image",)
+    projectable = True
 
     def __post_init__(self) -> None:
         try:
@@ -124,18 +268,89 @@ class Neutralize(Effect):
                 "write for example neutralize:50,0,0"
             )
         object.__setattr__(self, "Lab", tuple(v + 0.0 for v in Lab))  # -0 becomes 0: one text for one colour
+        _set_number(self, "tolerance", 0, 10, "50,0,0,2")
 
     @property
     def value(self) -> str:
-        return ",".join(_number_text(v) for v in self.Lab)
+        return _text(*self.Lab, self.tolerance or None)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
-        return cls(tuple(value.split(","))) if value else cls()  # type: ignore[arg-type]  # checked and made floats
+        parts = value.split(",") if value else ["50", "0", "0"]
+        return cls(tuple(parts[:3]), *_parts(",".join(parts[3:]), 1, cls.key, "L,a,b[,tolerance]"))  # type: ignore[arg-type]
 
 
-EFFECTS: dict[str, type[Effect]] = {effect.key: effect for effect in (Full, DualImage, Neutralize)}
-"""Every effect by its key, in the order of help texts and of ``paxel gamut``."""
+@dataclass(frozen=True)
+class FullChange(Effect):
+    """One picture whose colours can be changed at will (Fig. 4b): to black, to white and to their complement.
+
+    Attributes
+    ----------
+    L_black, L_white : float or None
+        L* of the black and the white on the other surface, 0..100; None for the ends of the largest lightness
+        rectangle (Section VI-B). Both or none are given.
+    """
+
+    L_black: float | None = None
+    L_white: float | None = None
+
+    key = "full-change"
+    description = "one picture whose colours can change to black, to white and to their complement"
+
+    def __post_init__(self) -> None:
+        _set_number(self, "L_black", 0, 100, "20,60")
+        _set_number(self, "L_white", 0, 100, "20,60")
+        if (self.L_black is None) != (self.L_white is None) or not (self.L_black or 0) <= (self.L_white or 100):
+            raise InputError(
+                f"effect full-change: give both, L_black below L_white, or none; got {self.L_black}, {self.L_white}"
+            )
+
+    @property
+    def value(self) -> str:
+        return _text(self.L_black, self.L_white)
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(*_parts(value, 2, cls.key, "L black,L white"))  # type: ignore[arg-type]  # checked, made floats
+
+
+@dataclass(frozen=True)
+class DualImage(Effect):
+    """Two pictures, one a surface, each in colours that go with every colour of the other (a product pair).
+
+    Attributes
+    ----------
+    pair : str
+        Which product pair: ``"auto"``, ``"closure"`` (of the grays of the largest lightness rectangle),
+        ``"volume"`` (largest product of both volumes) or ``"contrast"`` (largest smaller lightness range). The first
+        takes the closure, but ``"volume"`` where the closure's smaller side is below a tenth of the larger.
+    """
+
+    pair: str = "auto"
+
+    key = "dual-image"
+    description = "two pictures in one projection, one on each surface"
+    pictures = ("on_pattern", "on_white")
+    projectable = True
+    PAIRS: ClassVar[tuple[str, ...]] = ("auto", "closure", "volume", "contrast")
+
+    def __post_init__(self) -> None:
+        if self.pair not in self.PAIRS:
+            raise InputError(f"effect dual-image: the pair must be one of {', '.join(self.PAIRS)}; got {self.pair!r}")
+
+    @property
+    def value(self) -> str:
+        return "" if self.pair == "auto" else self.pair
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(value) if value else cls()
+
+
+EFFECTS: dict[str, type[Effect]] = {
+    effect.key: effect for effect in (Full, HueShift, Chroma, Decolorize, Neutralize, FullChange, DualImage, Monochrome)
+}
+"""Every effect by its key, in the order of help texts."""
 
 
 def parse_effect(text: str) -> Effect:
@@ -162,3 +377,49 @@ def parse_effect(text: str) -> Effect:
 def _number_text(number: float) -> str:
     """Shortest text that reads back as the same number, without a trailing ``.0``."""
     return repr(int(number)) if number.is_integer() else repr(number)
+
+
+def require_projectable(effect: Effect) -> None:
+    """Refuse an effect of which no projection can be made.
+
+    Raises
+    ------
+    InputError
+        Naming the effects that can be projected.
+    """
+    if not effect.projectable:
+        able = ", ".join(key for key, row in EFFECTS.items() if row.projectable)
+        raise InputError(
+            f"effect {effect.text} has a sub-gamut (paxel gamut --effect {effect.text}) and no projection; "
+            f"effects that can be projected: {able}"
+        )
+
+
+def _text(*numbers: float | None) -> str:
+    """Settings as text; those that are not given stand last and are left out."""
+    return ",".join(_number_text(number) for number in numbers if number is not None)
+
+
+def _parts(value: str, at_most: int, key: str, form: str) -> list[str]:
+    """Settings of a text; none where it is empty."""
+    parts = value.split(",") if value else []
+    if len(parts) > at_most:
+        raise InputError(f"effect {key}: write {key}:{form}; got {key}:{value}")
+    return parts
+
+
+def _set_number(effect: Effect, field: str, low: float, high: float, example: str, above: bool = False) -> None:
+    """Make a field of a frozen effect a number in its range, from a number or its text; None stays."""
+    given = getattr(effect, field)
+    if given is None:
+        return
+    try:
+        number = float(given) + 0.0
+    except (TypeError, ValueError):
+        number = math.nan
+    if not (low <= number <= high) or (above and number == low):
+        rule = f"> {low:g} and at most {high:g}" if above else f"a number {low:g}..{high:g}"
+        raise InputError(
+            f"effect {effect.key}: {field} must be {rule}, got {given!r}; write for example {effect.key}:{example}"
+        )
+    object.__setattr__(effect, field, number)

@@ -9,7 +9,8 @@ Geometry: millimetres, origin at the centre of the pattern area, +x right, +y up
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 
@@ -18,10 +19,15 @@ from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
+from paxel_runtime.model.fluorescence import Fluorescence, fluorescent_triad
 
 __all__ = ["Colorant", "Pattern", "colorant_library"]
 
 OUTSIDE = 255
+
+# A proof shows the fluorescent inks in the colours of their light, so that a sheet printed without their plates is seen
+# to be wrong at once; their own plates print colourless ink.
+_PROOF_OF_TRIAD = {"uv-red": (0.0, 0.6, 0.5, 0.0), "uv-green": (0.5, 0.0, 0.6, 0.0), "uv-blue": (0.6, 0.4, 0.0, 0.0)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +41,18 @@ class Colorant:
     reflectance : (81,) float64 array
         Spectral reflectance on the paper, 0..1, on `WAVELENGTHS_NM`.
     cmyk : tuple of 4 floats
-        Recipe for the printer, 0..1.
+        Recipe for the printer, 0..1; of a spot colour, how a proof without its plate shows it.
+    spot : str
+        Name of the plate that prints it, for inks that are no mixture of the printer's four; "" = from the recipe.
+    fluorescence : Fluorescence, optional
+        What it emits besides, or (of the paper) what a brightener in it does.
     """
 
     name: str
     reflectance: NDArray[np.float64]
     cmyk: tuple[float, float, float, float]
+    spot: str = ""
+    fluorescence: Fluorescence | None = None
 
 
 @cache
@@ -48,7 +60,8 @@ def colorant_library() -> dict[str, Colorant]:
     """The built-in colorants by name.
 
     Smooth reflectances whose colours are the measured Neugebauer primaries of FOGRA39L (offset on coated
-    paper); ``reports/make_colorants.py`` rebuilds the table.
+    paper; ``reports/make_colorants.py`` rebuilds the table), and three fluorescent inks, which look like the paper and
+    shine under UV (`model.fluorescence.fluorescent_triad`); these are printed with plates of their own.
     """
     text = (files("paxel_runtime") / "data" / "colorants.csv").read_text(encoding="utf-8")
     library = {}
@@ -60,6 +73,9 @@ def colorant_library() -> dict[str, Colorant]:
         c, m, y, k = values[:4]
         library[name] = Colorant(name, values[4:], (float(c), float(m), float(y), float(k)))
         assert library[name].reflectance.shape == WAVELENGTHS_NM.shape
+    paper = library["white"].reflectance
+    for name, fluorescence in fluorescent_triad().items():
+        library[name] = Colorant(name, paper, _PROOF_OF_TRIAD[name], f"UV {name[3:].capitalize()}", fluorescence)
     return library
 
 
@@ -83,6 +99,10 @@ class Pattern:
         Width and height of the pattern area; beyond it lies bare paper.
     seed : int
         Seed of the layout, where it has one.
+    print_scale : (float, float)
+        Size of the print in x and y, 1 = as designed; all other lengths are the design's.
+    library : mapping of str to Colorant
+        What the names of colorants mean, ``"white"`` (the paper) among them: `colorant_library`, and inks of your own.
 
     Raises
     ------
@@ -97,6 +117,8 @@ class Pattern:
     angle_deg: float
     size_mm: tuple[float, float]
     seed: int = 0
+    print_scale: tuple[float, float] = (1.0, 1.0)
+    library: Mapping[str, Colorant] = field(default_factory=colorant_library, repr=False)
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.size == 0 or self.cells.dtype != np.uint8:
@@ -110,7 +132,11 @@ class Pattern:
             )
         if not np.isfinite(self.angle_deg):
             raise InputError(f"a pattern's angle_deg must be a finite number of degrees, got {self.angle_deg}")
-        for name, value in (("dot_size_mm", self.dot_size_mm), ("size_mm", min(self.size_mm))):
+        for name, value in (
+            ("dot_size_mm", self.dot_size_mm),
+            ("size_mm", min(self.size_mm)),
+            ("print_scale", min(self.print_scale)),
+        ):
             if not value > 0:
                 raise InputError(f"a pattern's {name} must be > 0, got {value}")
 
@@ -125,15 +151,31 @@ class Pattern:
         Returns
         -------
         uint8 array
-            ``label(floor(R(-angle) (p - origin) / dot))`` on the torus of cells.
+            ``label(floor(R(-angle) (p / print_scale) / dot))`` on the torus of cells.
         """
-        x, y = np.broadcast_arrays(np.asarray(x_mm, np.float64), np.asarray(y_mm, np.float64))
+        x, y = np.broadcast_arrays(
+            np.asarray(x_mm, np.float64) / self.print_scale[0], np.asarray(y_mm, np.float64) / self.print_scale[1]
+        )
         angle = np.deg2rad(self.angle_deg)
         c, s = np.cos(angle) / self.dot_size_mm, np.sin(angle) / self.dot_size_mm
         column = np.floor(c * x + s * y).astype(np.int64) % self.cells.shape[1]
         row = np.floor(c * y - s * x).astype(np.int64) % self.cells.shape[0]
         inside = (np.abs(x) <= self.size_mm[0] / 2) & (np.abs(y) <= self.size_mm[1] / 2)
         return np.where(inside, self.cells[row, column], np.uint8(OUTSIDE))
+
+    @property
+    def palette(self) -> tuple[Colorant, ...]:
+        """The colorants that `cells` are indices of.
+
+        Raises
+        ------
+        InputError
+            If the library lacks one.
+        """
+        for name in self.colorants:
+            if name not in self.library:
+                raise InputError(f"a colorant must be one of {', '.join(self.library)}, got {name!r}")
+        return tuple(self.library[name] for name in self.colorants)
 
     def shares(self) -> NDArray[np.float64]:
         """Share of the area each colorant covers, (number of colorants,), summing to 1."""

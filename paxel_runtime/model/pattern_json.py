@@ -20,7 +20,9 @@ SCHEMA = "paxel-pattern"
 VERSION = 1
 
 
-def pattern_to_json_dict(pattern: Pattern, cells_sha256: str) -> dict[str, Any]:
+def pattern_to_json_dict(
+    pattern: Pattern, cells_sha256: str, recipe: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     """Describe a pattern with plain JSON values.
 
     Parameters
@@ -29,6 +31,8 @@ def pattern_to_json_dict(pattern: Pattern, cells_sha256: str) -> dict[str, Any]:
         The pattern; `Pattern.cells` is not part of the result.
     cells_sha256 : str
         SHA-256 of the file with the cells, in hexadecimal: one 8-bit plane, its first row = row 0 = the lowest.
+    recipe : mapping, optional
+        What the layout was asked for beyond the pattern's own fields, to make the same cells again.
     """
     rows, columns = pattern.cells.shape
     return {
@@ -40,6 +44,8 @@ def pattern_to_json_dict(pattern: Pattern, cells_sha256: str) -> dict[str, Any]:
         "angle_deg": pattern.angle_deg,
         "size_mm": list(pattern.size_mm),
         "seed": pattern.seed,
+        "recipe": dict(recipe or {}),
+        "shares": {name: float(share) for name, share in zip(pattern.colorants, pattern.shares(), strict=True)},
         "cells": {"rows": rows, "columns": columns, "first_row": "lowest", "sha256": cells_sha256},
     }
 

@@ -1,7 +1,8 @@
 """Response curves of a projector: device values P (0..1) <-> linear intensities x (0..1), one curve a channel.
 
-Curves are monotone (PCHIP through the measured points), black-subtracted and normalised to 1 at full; the inverse
-is a table of 4097 entries (design: section 7, *Response*). Nothing here measures anything.
+Curves are monotone (PCHIP through the measured points), black-subtracted and normalised to 1 at full, tabulated at 4097
+device values; the inverse is that table read backwards, so that it undoes the curve to rounding. Nothing here measures
+anything.
 """
 
 from __future__ import annotations
@@ -55,28 +56,35 @@ class ProjectorResponse:
 
     @cached_property
     def _forward(self) -> NDArray[np.float64]:
-        """(N, 4097) table of f on a uniform grid of P."""
-        return np.array([PchipInterpolator(c, v)(_TABLE) for c, v in zip(self.code, self.linear, strict=True)])
-
-    @cached_property
-    def _inverse(self) -> NDArray[np.float64]:
-        """(N, 4097) table of the inverse of f on a uniform grid of x; the lowest P where f is flat."""
-        tables = []
-        for forward in self._forward:
-            keep = np.concatenate(([True], np.diff(np.maximum.accumulate(forward)) > 0))
-            tables.append(np.interp(_TABLE, forward[keep], _TABLE[keep]))
-        return np.array(tables)
+        """(N, 4097) table of f on a uniform grid of P; rounding of the interpolation never makes it fall."""
+        curves = [PchipInterpolator(c, v)(_TABLE) for c, v in zip(self.code, self.linear, strict=True)]
+        return np.clip(np.maximum.accumulate(curves, axis=1), 0.0, 1.0)
 
     def P_to_x(self, P: ArrayLike) -> NDArray[np.float64]:
         """Linear intensities of device values; (..., N) -> (..., N), channels last."""
-        return self._look_up(self._forward, P)
+        values = self._checked(P)
+        return np.stack([np.interp(values[..., j], _TABLE, f) for j, f in enumerate(self._forward)], axis=-1)
 
     def x_to_P(self, x: ArrayLike) -> NDArray[np.float64]:
-        """Device values that give linear intensities; (..., N) -> (..., N), channels last."""
-        return self._look_up(self._inverse, x)
+        """Device values that give linear intensities, the lowest where f is flat; (..., N) -> (..., N)."""
+        values = self._checked(x)
+        return np.stack([np.interp(values[..., j], *inverse) for j, inverse in enumerate(self._inverse)], axis=-1)
 
-    def _look_up(self, tables: NDArray[np.float64], values: ArrayLike) -> NDArray[np.float64]:
+    def shown_x(self, x: ArrayLike, bits: int) -> NDArray[np.float64]:
+        """Linear intensities that a device of whole codes of `bits` bits shows when asked for x, (..., N)."""
+        top = 2**bits - 1
+        return self.P_to_x(np.rint(self.x_to_P(x) * top) / top)
+
+    @cached_property
+    def _inverse(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """The points of each table of f at which it rises: x, and the lowest P that gives it."""
+        rises = [np.concatenate(([True], np.diff(forward) > 0)) for forward in self._forward]
+        return [(forward[keep], _TABLE[keep]) for forward, keep in zip(self._forward, rises, strict=True)]
+
+    def _checked(self, values: ArrayLike) -> NDArray[np.floating]:
         values = np.asarray(values)
-        if values.shape[-1] != len(tables):
-            raise InputError(f"a response of {len(tables)} channels needs (..., {len(tables)}), got {values.shape}")
-        return np.stack([np.interp(values[..., j], _TABLE, table) for j, table in enumerate(tables)], axis=-1)
+        if values.shape[-1] != len(self.code):
+            raise InputError(
+                f"a response of {len(self.code)} channels needs (..., {len(self.code)}), got {values.shape}"
+            )
+        return values

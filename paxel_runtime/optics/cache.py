@@ -83,7 +83,7 @@ def _feed(digest: blake2b, value: Any) -> None:
 @cache
 def _sources_digest() -> str:
     """Of every module of the bench's physics: an edit makes all entries unreachable, and age removes them."""
-    return fingerprint([path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("optics*.py"))])
+    return fingerprint([path.read_text(encoding="utf-8") for path in sorted(Path(__file__).parent.glob("*.py"))])
 
 
 def _folder() -> Path | None:

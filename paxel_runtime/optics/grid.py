@@ -1,7 +1,7 @@
 """The fine raster on which the virtual bench computes light, its bands, and smooth noise on such rasters.
 
 The fine raster lies in the projector's own raster (of its middle channel): `subsamples` samples a pixel and axis, and
-a rim of `MARGIN_PX` pixels for the light that the blur carries outwards. Light on it is a band-limited function known
+a margin of pixels around for the light that the blur carries outwards. Light on it is a band-limited function known
 by point samples; sums over samples are integrals. This file knows no physics.
 """
 
@@ -19,39 +19,47 @@ from numpy.typing import NDArray
 __all__ = ["MARGIN_PX", "FineGrid", "bspline_weights", "correlated_noise", "gaussian_kernel", "in_bands"]
 
 MARGIN_PX = 4
+"""Pixels of a grid around the projector's raster, if not more are asked for."""
+
 _LEAST_SUBSAMPLES, _MOST_SUBSAMPLES = 4, 8
 
 
 class FineGrid(NamedTuple):
-    """Fine raster over a projector raster of `width` x `height` pixels, `subsamples` a pixel and axis."""
+    """Fine raster over a projector raster of `width` x `height` pixels, `subsamples` a pixel and axis.
+
+    It holds `margin_px` pixels more on each side.
+    """
 
     width: int
     height: int
     subsamples: int
+    margin_px: int = MARGIN_PX
 
     @classmethod
-    def fitting(cls, resolution: tuple[int, int], pitch_mm: float, scattering_mm: float) -> FineGrid:
+    def fitting(
+        cls, resolution: tuple[int, int], pitch_mm: float, scattering_mm: float, margin_px: int = MARGIN_PX
+    ) -> FineGrid:
         """Grid whose step resolves the scattering in the paper (step <= sigma), between 4 and 8 samples a pixel."""
         needed = int(np.ceil(pitch_mm / scattering_mm)) if scattering_mm > 0 else 0
-        return cls(*resolution, min(max(needed, _LEAST_SUBSAMPLES), _MOST_SUBSAMPLES))
+        return cls(*resolution, min(max(needed, _LEAST_SUBSAMPLES), _MOST_SUBSAMPLES), margin_px)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of samples."""
-        return (self.height + 2 * MARGIN_PX) * self.subsamples, (self.width + 2 * MARGIN_PX) * self.subsamples
+        return (self.height + 2 * self.margin_px) * self.subsamples, (self.width + 2 * self.margin_px) * self.subsamples
 
     def to_raster(self, sample: NDArray[np.floating] | NDArray[np.integer]) -> NDArray[np.float64]:
         """Raster coordinate of a sample's index, along either axis."""
-        return (np.asarray(sample, np.float64) + 0.5) / self.subsamples - 0.5 - MARGIN_PX
+        return (np.asarray(sample, np.float64) + 0.5) / self.subsamples - 0.5 - self.margin_px
 
     def to_sample(self, raster: NDArray[np.floating] | float) -> NDArray[np.float64]:
         """Inverse of `to_raster`."""
-        return (np.asarray(raster, np.float64) + 0.5 + MARGIN_PX) * self.subsamples - 0.5
+        return (np.asarray(raster, np.float64) + 0.5 + self.margin_px) * self.subsamples - 0.5
 
     def pixel_means(self, field: NDArray[np.floating] | NDArray[np.integer]) -> NDArray[np.float32]:
         """Mean of a field on the whole grid over each projector pixel's area: (height, width) float32."""
-        s = self.subsamples
-        inner = field[MARGIN_PX * s : (MARGIN_PX + self.height) * s, MARGIN_PX * s : (MARGIN_PX + self.width) * s]
+        s, first = self.subsamples, self.margin_px * self.subsamples
+        inner = field[first : first + self.height * s, first : first + self.width * s]
         return inner.reshape(self.height, s, self.width, s).mean(axis=(1, 3), dtype=np.float32)
 
 

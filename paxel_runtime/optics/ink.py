@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
-from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, correlated_noise, in_bands
+from paxel_runtime.optics.grid import FineGrid, correlated_noise, in_bands
 
 __all__ = ["InkLayers", "ink_coverage", "make_layers"]
 
@@ -117,7 +117,8 @@ def ink_coverage(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> NDArray[
     sides_mm = _projected_sample(layers, maps, grid)
     reach_mm = layers.spread_mm + sum(sides_mm) / 2 + np.abs(layers.offsets_mm).max(initial=0.0)
     reach_mm += np.abs(layers.ragged_mm).max(initial=0.0)
-    corners_x, corners_y = (np.arange(n + 2 * MARGIN_PX + 1) - MARGIN_PX - 0.5 for n in (grid.width, grid.height))
+    margin = grid.margin_px
+    corners_x, corners_y = (np.arange(n + 2 * margin + 1) - margin - 0.5 for n in (grid.width, grid.height))
 
     def work(start: int, stop: int) -> None:
         corners = np.stack(np.meshgrid(corners_x, corners_y[start : stop + 1]), axis=-1)
@@ -125,7 +126,7 @@ def ink_coverage(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> NDArray[
             raster_to_wall(maps, corners), layers, start, grid.subsamples, sides_mm, float(reach_mm), coverage
         )
 
-    in_bands(work, grid.height + 2 * MARGIN_PX, 16)
+    in_bands(work, grid.height + 2 * margin, 16)
     return coverage
 
 

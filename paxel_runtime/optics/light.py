@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from paxel_runtime.optics.geometry import BenchMaps
-from paxel_runtime.optics.grid import MARGIN_PX, FineGrid, in_bands
+from paxel_runtime.optics.grid import FineGrid, in_bands
 
 __all__ = ["Footprint", "drive", "footprint_adjoint", "fringe", "light_rows", "make_footprint", "spread_columns"]
 
@@ -143,8 +143,8 @@ class Footprint(NamedTuple):
     weights_y : (bins, rows, taps) float32 array
     radius2_x, radius2_y : (columns | rows,) float32 arrays
         Squared distance from the optical axis along each axis; their sum is 1 at the corner of the raster.
-    pixel_radius2_y : (H,) float32 array
-        The same at the rows of projector pixels.
+    pixel_radius2_y : (H + 2 pad,) float32 array
+        The same at the rows of projector pixels, dark ones included.
     fall_off : float
         Loss of light at the corner.
     subsamples : int
@@ -198,10 +198,11 @@ def make_footprint(
     shift = max(float(np.abs(own - p).max()) for own, p in zip(of_channel, positions, strict=True))
     reach = int(np.ceil(0.5 + side / 2 + _REACH_SIGMAS * sigmas.max() + shift))
     profiles = [
-        _profile(own - (index // grid.subsamples - MARGIN_PX), sigmas, reach, side)
+        _profile(own - (index // grid.subsamples - grid.margin_px), sigmas, reach, side)
         for own, index in zip(of_channel, samples, strict=True)
     ]
-    rows = np.arange(grid.height)
+    pad = grid.margin_px + reach
+    rows = np.arange(-pad, grid.height + pad)
     radius2_x, radius2_y, pixel_radius2_y = (
         (((p - c) / maps.radius_px) ** 2).astype(np.float32)
         for p, c in zip((*positions, rows), maps.raster_centre[[0, 1, 1]], strict=True)
@@ -214,7 +215,7 @@ def make_footprint(
         pixel_radius2_y=pixel_radius2_y,
         fall_off=fall_off,
         subsamples=grid.subsamples,
-        pad=MARGIN_PX + reach,
+        pad=pad,
     )
 
 
@@ -239,13 +240,17 @@ def _profile(offset: NDArray[np.float64], sigmas: NDArray[np.float64], reach: in
 
 
 def spread_columns(x: NDArray[np.float32], footprint: Footprint) -> NDArray[np.float32]:
-    """Light along x: (H, W) intensities -> (H + 2 pad, columns) float32, dark rows above and below."""
-    pad = footprint.pad
-    spread = np.zeros((len(x) + 2 * pad, len(footprint.radius2_x)), np.float32)
+    """Light along x: (H, W) intensities -> (H + 2 pad, columns) float32, dark rows above and below.
+
+    Intensities may have a rim of up to `Footprint.pad` pixels all around, which light falls on beside the frame.
+    """
+    padded_rows = len(footprint.pixel_radius2_y)
+    dark = (padded_rows - len(x)) // 2
+    spread = np.zeros((padded_rows, len(footprint.radius2_x)), np.float32)
 
     def work(start: int, stop: int) -> None:
-        samples = np.repeat(np.pad(x[start:stop], ((0, 0), (pad, pad))), footprint.subsamples, axis=1)
-        _spread_rows(samples, footprint, start, spread[pad + start : pad + stop])
+        samples = np.repeat(np.pad(x[start:stop], ((0, 0), (dark, dark))), footprint.subsamples, axis=1)
+        _spread_rows(samples, footprint, dark + start, spread[dark + start : dark + stop])
 
     in_bands(work, len(x), 64)
     return spread
@@ -342,6 +347,6 @@ def _adjoint(
     for row in range(f.pad, padded.shape[0] - f.pad):
         for c in range(columns):
             column = first_column + c
-            bin_ = _blur_bin(f.pixel_radius2_y[row - f.pad] + f.radius2_x[column // _RUN * _RUN], bins)
+            bin_ = _blur_bin(f.pixel_radius2_y[row] + f.radius2_x[column // _RUN * _RUN], bins)
             for t in range(taps):
                 padded[row, column // f.subsamples + t] += f.weights_x[bin_, t, column] * spread[row, c]

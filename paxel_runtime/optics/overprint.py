@@ -1,12 +1,14 @@
-"""Print beyond the solid inks of the library: other papers, and two inks on one place of the paper.
+"""Print beyond the solid inks of the library: other papers, and several inks on one place of the paper.
 
-For the latter, the measured colour of both, and how much of each fine sample has it. This file knows no light.
+For the latter, the measured colour of them together, and how much of each fine sample has it. This file knows no light.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,21 +18,44 @@ from paxel_runtime.optics.geometry import BenchMaps
 from paxel_runtime.optics.grid import FineGrid
 from paxel_runtime.optics.ink import InkLayers, ink_coverage
 
-__all__ = ["lay_over", "overprint_reflectance", "papers"]
+__all__ = ["lay_over", "overprints", "papers"]
 
 _Recipe = tuple[float, float, float, float]
 
 
-def overprint_reflectance(first: _Recipe, second: _Recipe) -> NDArray[np.float64] | None:
-    """Reflectance (81,) of two solid inks printed over each other, by their recipes (CMYK, 0..1).
+def overprints(recipes: Sequence[_Recipe | None]) -> dict[tuple[int, ...], NDArray[np.float64]]:
+    """Reflectance (81,) of every group of inks that has a colour of its own where its solids lie over each other.
 
-    The solids of both together are one of the 16 Neugebauer primaries of FOGRA39L. None where a recipe is no solid of
-    the process inks, or where both together are no other than one of them (blue over cyan).
+    Together, solids of the process inks are one of the 16 Neugebauer primaries of FOGRA39L. Left out are groups with an
+    ink whose recipe is no solid, and those that are together no other than a part of them (blue over cyan).
+
+    Parameters
+    ----------
+    recipes : sequence of CMYK or None
+        Of each ink, 0..1; None for an ink with a plate of its own.
+
+    Returns
+    -------
+    dict of numbers of inks, rising -> spectrum
+        Pairs first.
     """
-    if not all(share in (0.0, 1.0) for share in (*first, *second)) or not any(first) or not any(second):
-        return None
-    both = tuple(max(pair) for pair in zip(first, second, strict=True))
-    return None if both in (first, second) else _primaries().get(both)
+    solid = [
+        i
+        for i, recipe in enumerate(recipes)
+        if recipe is not None and any(recipe) and all(share in (0.0, 1.0) for share in recipe)
+    ]
+    groups = {}
+    for size in range(2, len(solid) + 1):
+        for group in combinations(solid, size):
+            together = _together(recipes, group)
+            parts = [_together(recipes, part) for part in combinations(group, size - 1)]
+            if together not in parts and together in _primaries():
+                groups[group] = _primaries()[together]
+    return groups
+
+
+def _together(recipes: Sequence[_Recipe | None], group: tuple[int, ...]) -> tuple[float, ...]:
+    return tuple(max(shares) for shares in zip(*(recipes[i] or (0.0,) * 4 for i in group), strict=True))
 
 
 @cache
@@ -51,29 +76,36 @@ def _rows(table: str) -> list[list[str]]:
 
 
 def lay_over(
-    layers: InkLayers, maps: BenchMaps, grid: FineGrid, decided: NDArray[np.uint8], pairs: list[tuple[int, int]]
+    layers: InkLayers, maps: BenchMaps, grid: FineGrid, decided: NDArray[np.uint8], groups: Sequence[tuple[int, ...]]
 ) -> NDArray[np.uint8]:
-    """Coverage by each ink alone, then by each of `pairs` together: (L + pairs, rows, columns) uint8.
+    """Coverage by each ink alone, then by each of `groups` together: (L + groups, rows, columns) uint8.
 
-    Within a sample, two inks that share it overlap by what their shares exceed the whole (their edges there run along
-    each other, as those of neighbouring cells do). Pairs are dealt with in order; where three inks meet, the darkest
-    two decide.
+    Within a sample, inks that share it overlap by what their shares exceed the whole (the edges of two there run along
+    each other, as those of neighbouring cells do). Groups are dealt with in order; each takes its overlap from those
+    that are a part of it, then from the darkest of its inks, which had it all.
 
     Parameters
     ----------
     decided : (L, rows, columns) uint8 array
         `ink_coverage` of all layers, where the darker ink decides.
-    pairs : list of (int, int)
-        Layers whose overprint has a colour of its own, the darker first.
+    groups : sequence of tuples of int
+        Layers whose overprint has a colour of its own, the darkest first; from `overprints`.
     """
-    coverage = np.zeros((len(decided) + len(pairs), *grid.shape), np.uint8)
+    coverage = np.zeros((len(decided) + len(groups), *grid.shape), np.uint8)
     coverage[: len(decided)] = decided
-    alone = {k: ink_coverage(_one_layer(layers, k), maps, grid)[0] for k in sorted({k for pair in pairs for k in pair})}
-    for place, (a, b) in enumerate(pairs, len(decided)):
-        over = np.maximum(alone[a].astype(np.int16) + alone[b] - 255, 0)
-        over = np.minimum(over, coverage[a])  # the darker ink had it all
-        coverage[place] = over
-        coverage[a] -= coverage[place]
+    involved = sorted({k for group in groups for k in group})
+    alone = {k: ink_coverage(_one_layer(layers, k), maps, grid)[0] for k in involved}
+    for place, group in enumerate(groups, len(decided)):
+        over = alone[group[0]].copy()
+        for k in group[1:]:
+            np.maximum(over, 255 - alone[k], out=over)
+            over -= 255 - alone[k]
+        parts = [len(decided) + i for i, part in enumerate(groups) if set(part) < set(group)]
+        for source in (*reversed(parts), group[0]):
+            moved = np.minimum(over, coverage[source])
+            coverage[source] -= moved
+            coverage[place] += moved
+            over -= moved
     return coverage
 
 

@@ -15,8 +15,10 @@ The bench shares nothing with the estimators but plain colorimetry: its response
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
@@ -25,7 +27,8 @@ from scipy.interpolate import PchipInterpolator
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics.fluorescence import EXCITATION_NM, uv_line
+from paxel_runtime.model.fluorescence import EXCITATION_NM
+from paxel_runtime.optics.fluorescence import uv_line
 
 __all__ = [
     "PROJECTORS",
@@ -41,6 +44,8 @@ __all__ = [
     "response",
     "response_table",
     "sensor_factors",
+    "shift_of_level",
+    "shift_spectra",
 ]
 
 PROJECTORS = ("dlp", "rgbw")
@@ -49,6 +54,9 @@ PROJECTORS = ("dlp", "rgbw")
 RESPONSES = ("linear", "power", "srgb", "red-preset", "green-preset", "blue-preset", "rgbw")
 """Response curves of `response` by name; the presets are the bench's own of the first three channels."""
 
+NO_SPECTRA: Mapping[str, NDArray[np.float64]] = MappingProxyType({})
+"""No channels of one's own."""
+
 _Real = TypeVar("_Real", np.float32, np.float64)
 
 _GAMMA = (1.9, 2.2, 2.5)
@@ -56,12 +64,15 @@ _S_SHARE = (0.35, 0.20, 0.12)
 _SENSITIVITY_NM = ((602.0, 34.0), (537.0, 41.0), (458.0, 29.0))
 
 
-def primaries(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.float64]:
+def primaries(
+    channels: tuple[str, ...], projector: str = "dlp", own: Mapping[str, NDArray[np.float64]] = NO_SPECTRA
+) -> NDArray[np.float64]:
     """Spectral power of projector channels at full, (N, 81), on `WAVELENGTHS_NM`, per nm.
 
     Of ``"dlp"``, ``"red"``, ``"green"``, ``"blue"`` are measured DLP-LED primaries whose sum is D65 with Y = 1;
     ``"white"`` is their sum (a white-light projector of one channel). Of ``"rgbw"``, the four are measured primaries
-    whose sum has Y = 1. ``"uv"`` is, with each, what the eye might see of a 365 nm LED of the power of full white.
+    whose sum has Y = 1. ``"uv"`` is, with each, what the eye might see of a 365 nm LED of the power of full white. In
+    `own`, spectra (97,) on `EXCITATION_NM` of further channels, which come before those.
 
     Raises
     ------
@@ -70,18 +81,45 @@ def primaries(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.f
     """
     if projector not in PROJECTORS:
         raise InputError(f"the virtual bench has spectra of the projectors {', '.join(PROJECTORS)}; got {projector!r}")
-    table = _projector_spectra(projector)
+    table = {**_projector_spectra(projector), **own}
     unknown = [name for name in channels if name not in table]
     if unknown:
         raise InputError(f"the virtual bench has spectra for the channels {', '.join(table)}; got {', '.join(unknown)}")
     return np.array([table[name][-len(WAVELENGTHS_NM) :] for name in channels])
 
 
-def excitation_spectra(channels: tuple[str, ...], projector: str = "dlp") -> NDArray[np.float64]:
-    """`primaries` with the ultraviolet, (N, 97), on `fluorescence.EXCITATION_NM`, per nm."""
-    table = _projector_spectra(projector)
+def excitation_spectra(
+    channels: tuple[str, ...], projector: str = "dlp", own: Mapping[str, NDArray[np.float64]] = NO_SPECTRA
+) -> NDArray[np.float64]:
+    """`primaries` with the ultraviolet, (N, 97), on `EXCITATION_NM`, per nm."""
+    table = {**_projector_spectra(projector), **own}
     rows = [table[name] for name in channels]
     return np.array([np.concatenate((np.zeros(len(EXCITATION_NM) - len(row)), row)) for row in rows])
+
+
+def shift_spectra(channels: tuple[str, ...]) -> NDArray[np.float64]:
+    """What the channels of ``"rgbw"`` add to their spectra at full, (N, 97), times `shift_of_level`; signed, per nm.
+
+    Measured: the shape of a channel's spectrum changes with its level, by 3 to 9 % of its light. Channels that were not
+    measured keep theirs.
+    """
+    wavelengths_nm, table = _read_columns("rgbw_shift.csv")
+    assert np.array_equal(wavelengths_nm, WAVELENGTHS_NM)
+    spectra = np.zeros((len(channels), len(EXCITATION_NM)))
+    for row, name in zip(spectra, channels, strict=True):
+        row[-len(WAVELENGTHS_NM) :] = table.get(name, 0.0)
+    return spectra
+
+
+def shift_of_level(x: NDArray[np.float32], channels: tuple[str, ...]) -> NDArray[np.float32]:
+    """How much of `shift_spectra` each channel adds at linear intensities x, (N, ...) -> (N, ...): 0 at 0 and at 1."""
+    _, responses = _read_columns("rgbw_response.csv")
+    _, curves = _read_columns("rgbw_shift_response.csv")
+    shift = np.zeros_like(x)
+    for j, name in enumerate(channels):
+        if name in curves:
+            shift[j] = np.interp(x[j], responses[name], curves[name])
+    return shift
 
 
 @cache
@@ -93,6 +131,7 @@ def _projector_spectra(projector: str) -> dict[str, NDArray[np.float64]]:
     return {"white": full} | spectra | {"uv": uv_line() * full.sum() * step_nm}
 
 
+@cache
 def _read_columns(name: str) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """First column, and the others by name, of a table of numbers."""
     with (files("paxel_runtime") / "data" / name).open(encoding="utf-8") as file:
@@ -103,11 +142,11 @@ def _read_columns(name: str) -> tuple[NDArray[np.float64], dict[str, NDArray[np.
 
 @cache
 def ambient_spectrum() -> NDArray[np.float64]:
-    """Spectral power of D65 with Y = 1, (81,), per nm."""
+    """Spectral power of D65 with Y = 1 on `EXCITATION_NM`, (97,), per nm: its ultraviolet excites what fluoresces."""
     with (files("paxel_runtime") / "data" / "cie_d65_5nm.csv").open(encoding="utf-8") as file:
-        table = np.array([line.split(",") for line in file if line[0].isdigit()], np.float64)
-    D65 = table[np.isin(table[:, 0], WAVELENGTHS_NM), 1]
-    return D65 / spectra_to_XYZ(D65)[1]
+        table = np.loadtxt(file, delimiter=",", comments="#")
+    D65 = np.interp(EXCITATION_NM, *table.T)
+    return D65 / spectra_to_XYZ(D65[-len(WAVELENGTHS_NM) :])[1]
 
 
 def response(P: ArrayLike, channel: int, curve: str = "", name: str = "white") -> NDArray[np.float64]:

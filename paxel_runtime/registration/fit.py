@@ -28,6 +28,7 @@ __all__ = [
     "choose_sigma",
     "gather",
     "ink_shift",
+    "point_residual",
     "smooth_blocks",
 ]
 
@@ -78,6 +79,26 @@ def ink_shift(signal: NDArray[np.float32], rows: NDArray[np.int64], columns: NDA
 
 
 @nb.njit(cache=True)
+def point_residual(
+    u: float,
+    v: float,
+    signal: NDArray[np.float32],
+    row: int,
+    column: int,
+    table: NDArray[np.float64],
+    ink_px2: float,
+) -> tuple[float, float]:
+    """Way from the table's place of projector (u, v) to the camera pixel that decoded to it, freed of ink's pull."""
+    height, width = table.shape[1:]
+    left = min(max(math.floor(u), 0), width - 2)
+    top = min(max(math.floor(v), 0), height - 2)
+    across, down = _gradient(signal, row, column)
+    off_x = column + ink_px2 * across - _between(table[0], top, left, v - top, u - left)
+    off_y = row + ink_px2 * down - _between(table[1], top, left, v - top, u - left)
+    return off_x, off_y
+
+
+@nb.njit(cache=True)
 def gather(
     projector_xy: NDArray[np.float32],
     signal: NDArray[np.float32],
@@ -116,13 +137,7 @@ def gather(
             v = float(projector_xy[row, column, 1])
             if math.isnan(u):
                 continue
-            left = min(max(math.floor(u), 0), width - 2)
-            top = min(max(math.floor(v), 0), height - 2)
-            fx = u - left
-            fy = v - top
-            across, down = _gradient(signal, row, column)
-            off_x = column + ink_px2 * across - _between(table[0], top, left, fy, fx)
-            off_y = row + ink_px2 * down - _between(table[1], top, left, fy, fx)
+            off_x, off_y = point_residual(u, v, signal, row, column, table, ink_px2)
             part = (off_x * off_x + off_y * off_y) / (cutoff_px * cutoff_px)
             if not part < 1.0:
                 continue

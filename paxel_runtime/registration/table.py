@@ -8,6 +8,7 @@ them: a polynomial plus a smooth residual field. Knows nothing of captures, file
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numba as nb
@@ -18,9 +19,12 @@ from scipy.ndimage import distance_transform_edt, map_coordinates, uniform_filte
 from paxel_runtime.errors import CalibrationError, InputError
 from paxel_runtime.registration import fit
 from paxel_runtime.registration import start as begin
-from paxel_runtime.structured_light import REASONS, Decoded
+from paxel_runtime.registration.delaunay import fill_holes, pixel_means
+from paxel_runtime.registration.plane import plane_figures
+from paxel_runtime.registration.residuals import Residuals, measure_residuals
+from paxel_runtime.structured_light import Decoded
 
-__all__ = ["ChannelRegistration", "fit_registration", "verdict", "warp_to_nodal"]
+__all__ = ["TABLES", "ChannelRegistration", "fit_registration", "per_pixel_registration", "warp_to_nodal"]
 
 _SAMPLES = 40_000
 """Camera pixels of the first fit; the later ones use all."""
@@ -46,12 +50,16 @@ class ChannelRegistration:
         ``degree`` of the polynomial; ``sigma_px`` of the residual field in projector pixels, None where it has none;
         ``points``, and ``outliers``, the share of them that is off by a projector pixel or more;
         ``residual_rms_px``, ``residual_p95_px``, ``residual_max_px`` of the others, in camera pixels, None without
-        any; ``ink_px2``, see `fit.ink_shift`; ``coverage``, share of valid projector pixels.
+        any; ``ink_px2``, see `fit.ink_shift`; ``coverage``, share of valid projector pixels; ``measured``, share of
+        them that a point fell on; ``plane_rms_px`` and ``plane_max_px``, see `plane.plane_figures`.
+    residuals : Residuals
+        Of all points.
     """
 
     camera_xy: NDArray[np.float32]
     valid: NDArray[np.bool_]
     figures: dict[str, float | None]
+    residuals: Residuals
 
 
 def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0) -> ChannelRegistration:
@@ -96,17 +104,53 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
     sums, hit = fit.gather(*points, table, start.ink_px2, cutoff_px)
     if math.isfinite(sigma_px):
         table += fit.blocks_to_pixels(fit.smooth_blocks(sums, sigma_px), width, height)
-    camera_xy = np.ascontiguousarray(np.moveaxis(table, 0, -1), np.float32)
-    valid = _supported(hit) & _in_picture(camera_xy, decoded.reason.shape)
-    figures: dict[str, float | None] = {
+    shape = {
         "degree": begin.degree_of(coefficients),
         "sigma_px": sigma_px if math.isfinite(sigma_px) else None,
-        "points": int(rows.size),
-        **_scatter(_residual(samples, table, start.ink_px2), _pitch(table)),
         "ink_px2": start.ink_px2,
-        "coverage": float(np.mean(valid)),
     }
-    return ChannelRegistration(camera_xy, valid, figures)
+    return _registration(decoded, samples, table, hit, start.ink_px2, shape)
+
+
+def per_pixel_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0) -> ChannelRegistration:
+    """The paper's lookup table of one channel: means of the pixels' own measurements, gaps filled (paper: IV-A).
+
+    Parameters, result and errors as of `fit_registration`; the figures that belong to its fits are None.
+    """
+    means = pixel_means(decoded, width, height)
+    hit = np.isfinite(means[..., 0])
+    table = np.ascontiguousarray(np.moveaxis(fill_holes(means), -1, 0), np.float64)
+    rows, columns = np.nonzero(decoded.reason == 0)
+    samples = _draw(decoded, rows, columns, seed)
+    return _registration(decoded, samples, table, hit, 0.0, {"degree": None, "sigma_px": None, "ink_px2": None})
+
+
+TABLES = {"fit": fit_registration, "per-pixel": per_pixel_registration}
+"""Ways to make a lookup table by the names of ``[registration] table``, the default first."""
+
+
+def _registration(
+    decoded: Decoded,
+    samples: begin.Samples,
+    table: NDArray[np.float64],
+    hit: NDArray[np.bool_],
+    ink_px2: float,
+    shape: Mapping[str, float | None],
+) -> ChannelRegistration:
+    """A table (2, H, W) with its valid part and its figures."""
+    camera_xy = np.ascontiguousarray(np.moveaxis(table, 0, -1), np.float32)
+    valid = _supported(hit) & _in_picture(camera_xy, decoded.reason.shape)
+    pitch_px = _pitch(table)
+    figures: dict[str, float | None] = {
+        **shape,
+        "points": int(np.count_nonzero(decoded.reason == 0)),
+        **_scatter(_residual(samples, table, ink_px2), pitch_px),
+        "coverage": float(np.mean(valid)),
+        "measured": float(np.mean(hit)),
+        **plane_figures(camera_xy, valid),
+    }
+    places, signal = np.ascontiguousarray(decoded.projector_xy), np.ascontiguousarray(decoded.signal)
+    return ChannelRegistration(camera_xy, valid, figures, measure_residuals(places, signal, table, ink_px2, pitch_px))
 
 
 def _draw(decoded: Decoded, rows: NDArray[np.int64], columns: NDArray[np.int64], seed: int) -> begin.Samples:
@@ -210,32 +254,3 @@ def _bilinear(planes: NDArray[np.float32], camera_xy: NDArray[np.float32]) -> ND
                 lower = planes[low, left, c] * (1.0 - fx) + planes[low, right, c] * fx
                 nodal[row, column, c] = upper * (1.0 - fy) + lower * fy
     return nodal
-
-
-def verdict(decoded: Decoded, registration: ChannelRegistration) -> tuple[str, str]:
-    """Is this registration good enough to go on?
-
-    Returns
-    -------
-    (word, reason)
-        "good", "usable" (go on, but a better one is within reach) or "repeat", and why.
-    """
-    figures, counts = registration.figures, decoded.counts
-    seen = max(sum(counts.values()) - counts["too dark"] - counts["outside the frame"], 1)
-    lost = {name: counts[name] / seen for name in REASONS[2:] if name != "outside the frame"}
-    worst = max(lost, key=lambda name: lost[name])
-    residual = figures["residual_rms_px"]
-    scatter = math.inf if residual is None else residual
-    hidden, outliers = 1.0 - (figures["coverage"] or 0.0), figures["outliers"] or 0.0
-    measures = (  # value, above this "usable", above this "repeat", in words
-        (hidden, 0.02, 0.30, f"{hidden:.0%} of the projection has no table entry: hidden or out of view"),
-        (lost["saturated"], 0.01, 0.20, f"{lost['saturated']:.0%} of the lit pixels are saturated: expose less"),
-        (sum(lost.values()), 0.05, 0.40, f"{sum(lost.values()):.0%} of the lit pixels were not decoded: {worst}"),
-        (outliers, 0.05, 0.35, f"{outliers:.0%} of the points are outliers: did something move?"),
-        (scatter, 0.6, 2.0, f"points scatter by {scatter:.2f} camera pixels: check focus and exposure"),
-    )
-    for word, limit in (("repeat", 2), ("usable", 1)):
-        for measure in measures:
-            if measure[0] > (measure[1], measure[2])[limit - 1]:
-                return word, measure[3]
-    return "good", f"points scatter by {scatter:.2f} camera pixels, {1.0 - hidden:.0%} of the projection is covered"

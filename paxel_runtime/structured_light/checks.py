@@ -7,6 +7,7 @@ must not know how they are read or decoded.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +21,12 @@ __all__ = [
     "DISAGREE",
     "LINE_PERIOD",
     "NO_GUIDE",
+    "ODD_BITS",
     "OUTSIDE",
+    "PHASE_PERIOD",
     "REASONS",
     "SATURATED",
+    "SHIFTS",
     "TOLERANCE_PX",
     "TOO_DARK",
     "WEAK_BIT",
@@ -31,16 +35,20 @@ __all__ = [
     "check_agreement",
     "check_bits",
     "check_lines",
+    "fine_name",
     "gray_name",
-    "line_name",
     "odd_share",
     "read_noise",
     "refuse_dark",
     "refuse_odd_pairs",
 ]
 
+SHIFTS = 8
+"""Frames of shifted lines, or of shifted sinusoids, along one axis."""
 LINE_PERIOD = 8
-"""Projector pixels from one line to the next, and number of shifts."""
+"""Projector pixels from one line to the next: each shift is one pixel."""
+PHASE_PERIOD = 16
+"""Projector pixels of one sinusoid: each shift is two pixels."""
 TOLERANCE_PX = 2.0
 """Lines against Gray code: half a bin of 2 pixels, plus a neighbouring bin's edge moved by ink and noise."""
 _MOST_WRONG = 0.05
@@ -55,9 +63,10 @@ REASONS = (
     "lines and Gray code disagree",
     "outside the frame",
     "not seen by the guide channel",
+    "bits disagree with the neighbours",
 )
 """Why a camera pixel has no coordinate: text of each value of `Decoded.reason`."""
-DECODED, TOO_DARK, SATURATED, WEAK_BIT, WEAK_LINE, DISAGREE, OUTSIDE, NO_GUIDE = range(len(REASONS))
+DECODED, TOO_DARK, SATURATED, WEAK_BIT, WEAK_LINE, DISAGREE, OUTSIDE, NO_GUIDE, ODD_BITS = range(len(REASONS))
 
 
 @dataclass(frozen=True)
@@ -180,41 +189,48 @@ def _gray_to_binary(gray: NDArray[np.int64], bits: int) -> NDArray[np.int64]:
     return binary
 
 
-def check_lines(axis: str, samples: NDArray[np.float64], coarse: NDArray[np.float64], bits: int | None) -> None:
-    """Refuse line captures that do not light the columns (rows) they should by the coarse position.
+def check_lines(
+    names: Sequence[str],
+    samples: NDArray[np.float64],
+    coarse: NDArray[np.float64],
+    period_px: int,
+    highest_bit: str = "",
+) -> None:
+    """Refuse captures of shifted lines that do not light the columns (rows) they should by the coarse position.
 
     Parameters
     ----------
-    axis : str
+    names : sequence of str
+        Of the captures, in the order of their shifts.
     samples : (8, n) float64 array
-        Samples of the lines' captures.
+        Samples of the captures.
     coarse : (n,) float64 array
         Their coarse positions.
-    bits : int, optional
-        Of the Gray code that these are from; None where another channel gave them.
+    period_px : int
+        From one line to the next, or of the sinusoids, projector pixels.
+    highest_bit : str
+        Name of the Gray code's highest bit that the coarse positions are from; empty where another channel gave them.
     """
-    if coarse.size < 4 * LINE_PERIOD:
+    if coarse.size < 4 * SHIFTS:
         return
     light = samples - np.mean(samples, axis=0)
-    seen = light @ np.exp(2j * np.pi * coarse / LINE_PERIOD)
-    shown = np.round(np.angle(seen) * LINE_PERIOD / (2.0 * np.pi)).astype(int) % LINE_PERIOD
-    shifts = np.arange(LINE_PERIOD)
+    seen = light @ np.exp(2j * np.pi * coarse / period_px)
+    shown = np.round(np.angle(seen) * SHIFTS / (2.0 * np.pi)).astype(int) % SHIFTS
+    shifts = np.arange(SHIFTS)
     absent = np.abs(seen) < 0.3 * np.median(np.abs(seen))
     wrong = shifts[absent | (shown != shifts)]
     if not wrong.size:
         return
-    if wrong.size > LINE_PERIOD // 2:
+    if wrong.size > SHIFTS // 2:
         culprit = "the captures are out of order, of a projector of another size, or something moved"
         # the highest bit's inverse mirrors all places, which nothing but the lines can tell
-        if bits is not None and np.all((shown + shifts) % LINE_PERIOD == (shown[0] + shifts[0]) % LINE_PERIOD):
-            culprit = f"they run backwards: {gray_name(axis, bits - 1)} and its inverse are exchanged"
+        if highest_bit and np.all((shown + shifts) % SHIFTS == (shown[0] + shifts[0]) % SHIFTS):
+            culprit = f"they run backwards: {highest_bit} and its inverse are exchanged"
         raise CalibrationError(
-            f"the shifted lines of axis {axis} contradict its coarse positions in {wrong.size} of {LINE_PERIOD} "
+            f"the shifted lines {names[0]} to {names[-1]} contradict the coarse positions in {wrong.size} of {SHIFTS} "
             f"captures: {culprit}; show the frames in the order of the plan and take them again"
         )
-    listed = ", ".join(
-        f"{line_name(axis, s)} shows {'no line' if absent[s] else line_name(axis, int(shown[s]))}" for s in wrong
-    )
+    listed = ", ".join(f"{names[s]} shows {'no line' if absent[s] else names[int(shown[s])]}" for s in wrong)
     raise CalibrationError(f"captures of shifted lines are out of order, repeated or old: {listed}; take them again")
 
 
@@ -240,5 +256,5 @@ def gray_name(axis: str, bit: int) -> str:
     return f"gray-{axis}-{bit}"
 
 
-def line_name(axis: str, shift: int) -> str:
-    return f"line-{axis}-{shift}"
+def fine_name(method: str, axis: str, shift: int) -> str:
+    return f"{'line' if method == 'lines' else 'phase'}-{axis}-{shift}"

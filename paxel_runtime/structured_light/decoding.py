@@ -1,9 +1,9 @@
-"""Structured light: the frames to show, and captures -> sub-pixel projector coordinates of every camera pixel.
+"""Captures of structured light -> sub-pixel projector coordinates of every camera pixel.
 
-Complementary Gray code down to stripes of 4 pixels names the place, 8 shifted lines of period 8 refine it (paper:
-IV-A; design: section 7). A line's position is the phase of its profile *over time in one camera pixel*: the ink's
-reflectance multiplies the whole profile and cancels, so black dots decode as white ones do. Every decision is a
-contrast over its own noise, and the noise is read off the captures themselves.
+Complementary Gray code down to stripes of 4 pixels names the place, 8 shifted lines of period 8 (or sinusoids of
+period 16) refine it (paper: IV-A; design: section 7). The position is the phase of the profile *over time in one
+camera pixel*: the ink's reflectance multiplies the whole profile and cancels, so black dots decode as white ones do.
+Every decision is a contrast over its own noise, and the noise is read off the captures themselves.
 
 Nothing here shows a frame, opens a file, or fits anything across the whole picture (that is `registration`), but for
 one correction of the line profile itself.
@@ -12,22 +12,21 @@ one correction of the line profile itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.errors import CalibrationError
 from paxel_runtime.structured_light import kernels
+from paxel_runtime.structured_light.captures import Captures
 from paxel_runtime.structured_light.checks import (
     DECODED,
     DISAGREE,
     LINE_PERIOD,
     NO_GUIDE,
     OUTSIDE,
-    REASONS,
     SATURATED,
+    SHIFTS,
     TOLERANCE_PX,
     TOO_DARK,
     WEAK_BIT,
@@ -36,70 +35,44 @@ from paxel_runtime.structured_light.checks import (
     check_agreement,
     check_bits,
     check_lines,
+    fine_name,
     gray_name,
-    line_name,
     odd_share,
     read_noise,
     refuse_dark,
     refuse_odd_pairs,
 )
-from paxel_runtime.structured_light.frames import AXES, bits_of
+from paxel_runtime.structured_light.decoded import Decoded, sigma_to_confidence
+from paxel_runtime.structured_light.frames import AXES, PERIODS_PX, Method, bits_of
 from paxel_runtime.structured_light.ripple import remove_ripple
 
-__all__ = ["Decoded", "decode"]
+__all__ = ["decode"]
 
 _SATURATION = 65400
 """Raw values from here on are saturated: 65535 by contract, with room for a 14-bit camera's 65532."""
 _LEAST_BIT_CONTRAST = 3.0
 """Contrast-to-noise ratio of a bit: a wrong bit needs noise of more than 3 sigma against it."""
 _LEAST_LINE_CONTRAST = 3.0
-"""Of the lines' first harmonic: its phase is then known to 0.4 projector pixels or better."""
+"""Of the first harmonic of lines: its phase is then known to 0.4 projector pixels or better."""
 _GUIDE_TOLERANCE_PX = 3.0
 """Lines against the guide channel: its neighbours stand in for it, up to `_GUIDE_REACH` camera pixels away."""
 _GUIDE_REACH = 4
-_SAMPLE = 150_000
-"""Camera pixels that statistics of whole captures are made from."""
 _MARGIN_PX = 1.5
 """At the frame's rim a line lacks its neighbour, which would pull the phase inwards."""
 
 
-@dataclass(frozen=True, eq=False)
-class Decoded:
-    """What structured light tells of each camera pixel, (h, w).
-
-    Attributes
-    ----------
-    projector_xy : (h, w, 2) float32 array
-        Column and row of the projector that light the pixel (an integer is a pixel's centre); NaN where rejected.
-    signal : (h, w) float32 array
-        Light of the projector that the pixel sees, raw units, also where rejected: the first harmonic of the lines,
-        mean of both axes, which is about white minus black.
-    reason : (h, w) uint8 array
-        0 = decoded; otherwise an index into `REASONS`.
-    noise : SensorNoise
-        As read off the captures.
-    ripple_px : (float, float)
-        Amplitude (rms over the picture) of the lines' ripple that was removed from column and row.
-    """
-
-    projector_xy: NDArray[np.float32]
-    signal: NDArray[np.float32]
-    reason: NDArray[np.uint8]
-    noise: SensorNoise
-    ripple_px: tuple[float, float]
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Number of camera pixels by reason."""
-        return dict(zip(REASONS, np.bincount(self.reason.ravel(), minlength=len(REASONS)).tolist(), strict=True))
-
-
 def decode(
-    read: Callable[[str], NDArray[np.uint16]], width: int, height: int, *, guide: Decoded | None = None
+    read: Callable[[str], NDArray[np.uint16]],
+    width: int,
+    height: int,
+    *,
+    guide: Decoded | None = None,
+    method: Method = "lines",
 ) -> Decoded:
     """Sub-pixel projector coordinates of every camera pixel, from captures read one or two at a time.
 
-    Needs about 50 bytes a camera pixel beside the captures at hand.
+    Needs about 60 bytes a camera pixel, the captures at hand counted in, and 65 MB for samples, whatever the number of
+    captures.
 
     Parameters
     ----------
@@ -108,15 +81,17 @@ def decode(
     width, height : int
         Resolution of the projector.
     guide : Decoded, optional
-        Another channel's result by the same camera from the same place. Only the lines are read then, and their
-        period is resolved by the guide.
+        Another channel's result by the same camera from the same place. Only the shifted frames are read then, and
+        their period is resolved by the guide.
+    method : "lines" | "phase"
+        What refines the Gray code.
 
     Raises
     ------
     CalibrationError
         If captures differ in size or kind, are in a wrong order, or show no light of the projector.
     """
-    captures = _Captures(read)
+    captures = Captures(read)
     if guide is None:
         coarse, reason, noise = _decode_gray(captures, width, height)
     else:
@@ -124,56 +99,37 @@ def decode(
         coarse = [kernels.fill_near(np.ascontiguousarray(guide.projector_xy[..., k]), _GUIDE_REACH) for k in (0, 1)]
         reason = np.where(np.isnan(coarse[0]), np.uint8(NO_GUIDE), np.uint8(DECODED))
         noise = guide.noise
+    period = PERIODS_PX[method]
+    scale = period / LINE_PERIOD
+    limits = (
+        *(noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST * scale),
+        *(TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX, _MARGIN_PX),
+    )
     clipped = np.zeros(reason.shape, bool)
     signal = np.zeros(reason.shape, np.float32)
-    places, tolerance_px = [], TOLERANCE_PX if guide is None else _GUIDE_TOLERANCE_PX
+    square = np.zeros(reason.shape, np.float32)
+    places = []
     for axis, length, guess in zip(AXES, (width, height), coarse, strict=True):
-        bits = bits_of(length) if guide is None else None
-        wave, total = _add_lines(captures, axis, guess, bits, reason, clipped)
+        highest = gray_name(axis, bits_of(length) - 1) if guide is None else ""
+        wave, total = _add_lines(captures, method, axis, guess, highest, reason, clipped)
         place = np.empty(reason.shape, np.float32)
-        limits = (noise.gain, noise.read_variance, _LEAST_LINE_CONTRAST, tolerance_px, _MARGIN_PX, length)
         kernels.join_lines(
-            wave, total, guess, LINE_PERIOD, *limits, (TOO_DARK, WEAK_LINE, DISAGREE, OUTSIDE), reason, place
-        )
-        signal += np.hypot(wave[0], wave[1]) / np.float32(2)
+            wave, total, guess, period, SHIFTS, *limits, length, (TOO_DARK, WEAK_LINE, DISAGREE, OUTSIDE), reason,
+            place, square,
+        )  # fmt: skip
+        signal += np.hypot(wave[0], wave[1]) / np.float32(2 * scale)  # 8 sinusoids carry twice the light of 8 lines
         places.append(place)
     reason[clipped & (reason != TOO_DARK)] = SATURATED
     check_agreement(reason)
-    ripple_px = tuple(remove_ripple(place, signal, reason) for place in places)
+    ripple_px = [remove_ripple(place, signal, reason) for place in places]
     projector_xy = np.stack(places, axis=-1)
     projector_xy[reason != DECODED] = np.nan
-    return Decoded(projector_xy, signal, reason, noise, (ripple_px[0], ripple_px[1]))
-
-
-class _Captures:
-    """Reads captures and refuses those of another size or kind than the first."""
-
-    def __init__(self, read: Callable[[str], NDArray[np.uint16]]) -> None:
-        self._read = read
-        self.shape: tuple[int, ...] = ()
-
-    def __call__(self, name: str) -> NDArray[np.uint16]:
-        capture = self._read(name)
-        if capture.ndim != 2 or capture.dtype != np.uint16:
-            raise CalibrationError(
-                f"capture {name} must be one plane of uint16, got {capture.dtype} of shape {capture.shape}"
-            )
-        self.shape = self.shape or capture.shape
-        if capture.shape != self.shape:
-            raise CalibrationError(
-                f"capture {name} has {capture.shape[1]} x {capture.shape[0]} pixels, the others "
-                f"{self.shape[1]} x {self.shape[0]}: take it again with the same camera setting"
-            )
-        # one layout, so that the kernels compile once
-        return np.require(capture, requirements=["C", "W"])
-
-    def stride(self) -> int:
-        """Step along both axes that leaves about `_SAMPLE` pixels of a capture."""
-        return max(1, int(np.sqrt(self.shape[0] * self.shape[1] / _SAMPLE)))
+    confidence = sigma_to_confidence(np.sqrt(square), reason)
+    return Decoded(projector_xy, signal, reason, noise, (ripple_px[0], ripple_px[1]), confidence)
 
 
 def _decode_gray(
-    captures: _Captures, width: int, height: int
+    captures: Captures, width: int, height: int
 ) -> tuple[list[NDArray[np.float32]], NDArray[np.uint8], SensorNoise]:
     """Coarse position along both axes, reasons so far, and the noise of the camera."""
     white, black = captures("white"), captures("black")
@@ -215,24 +171,26 @@ def _mark_dark(
 
 
 def _add_lines(
-    captures: _Captures,
+    captures: Captures,
+    method: Method,
     axis: Literal["x", "y"],
     coarse: NDArray[np.float32],
-    bits: int | None,
+    highest_bit: str,
     reason: NDArray[np.uint8],
     clipped: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """First harmonic and sum of the lines of one axis; checks that each capture shows its own line."""
-    wave = np.zeros((2, *reason.shape), np.float32)
+    """Two harmonics and sum of the shifted frames of one axis; checks that each capture shows its own."""
+    wave = np.zeros((4, *reason.shape), np.float32)
     total = np.zeros(reason.shape, np.float32)
     step = captures.stride()
     known = reason[::step, ::step] == DECODED
     few_coarse = coarse[::step, ::step][known].astype(np.float64)
+    names = [fine_name(method, axis, shift) for shift in range(SHIFTS)]
     samples = []
-    for shift in range(LINE_PERIOD):
-        capture = captures(line_name(axis, shift))
-        angle = 2.0 * np.pi * shift / LINE_PERIOD
+    for shift, name in enumerate(names):
+        capture = captures(name)
+        angle = 2.0 * np.pi * shift / SHIFTS
         kernels.add_line(capture, np.cos(angle), np.sin(angle), _SATURATION, wave, total, clipped)
         samples.append(capture[::step, ::step][known].astype(np.float64))
-    check_lines(axis, np.array(samples), few_coarse, bits)
+    check_lines(names, np.array(samples), few_coarse, PERIODS_PX[method], highest_bit)
     return wave, total

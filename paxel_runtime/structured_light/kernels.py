@@ -106,7 +106,7 @@ def add_line(
     total: NDArray[np.float32],
     clipped: NDArray[np.bool_],
 ) -> None:
-    """Add one shifted-lines capture to the first harmonic of each pixel's profile over time.
+    """Add one shifted-lines capture to the first two harmonics of each pixel's profile over time.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ def add_line(
         Of the phase of this shift.
     saturation : int
         Raw values from here on are saturated.
-    wave : (2, h, w) float32 array
-        Real and imaginary part of the harmonic, changed in place.
+    wave : (4, h, w) float32 array
+        Real and imaginary part of the first harmonic, and of the second, changed in place.
     total : (h, w) float32 array
         Sum of all lines, changed in place (its noise is the noise of the wave).
     clipped : (h, w) bool array
@@ -127,6 +127,8 @@ def add_line(
             value = capture[row, column]
             wave[0, row, column] += np.float32(value * cosine)
             wave[1, row, column] += np.float32(value * sine)
+            wave[2, row, column] += np.float32(value * (cosine * cosine - sine * sine))
+            wave[3, row, column] += np.float32(value * (2.0 * cosine * sine))
             total[row, column] += np.float32(value)
             if value >= saturation:
                 clipped[row, column] = True
@@ -138,6 +140,7 @@ def join_lines(
     total: NDArray[np.float32],
     coarse: NDArray[np.float32],
     period: int,
+    shifts: int,
     gain: float,
     read_variance: float,
     least_contrast: float,
@@ -147,6 +150,7 @@ def join_lines(
     reasons: tuple[int, int, int, int],
     reason: NDArray[np.uint8],
     position: NDArray[np.float32],
+    square: NDArray[np.float32],
 ) -> None:
     """Sub-pixel position: the phase of the lines, its period resolved by the coarse position.
 
@@ -155,8 +159,8 @@ def join_lines(
     wave, total : see `add_line`
     coarse : (h, w) float32 array
         Position from the Gray code or from another channel, NaN where unknown.
-    period : int
-        Projector pixels between two lines = number of shifts.
+    period, shifts : int
+        Projector pixels after which the frames repeat, and number of shifts in them.
     gain, read_variance, least_contrast : see `add_gray_pair`
         The contrast is the amplitude of the wave over the noise of one of its two parts.
     tolerance_px : float
@@ -173,6 +177,8 @@ def join_lines(
         Changed in place.
     position : (h, w) float32 array
         Result; not meaningful where `reason` is not 0.
+    square : (h, w) float32 array
+        The position's variance by the captures' noise, half of it (the mean of both axes) added in place.
     """
     turn = period / (2.0 * math.pi)
     limit = least_contrast * least_contrast
@@ -184,8 +190,13 @@ def join_lines(
             line = turn * math.atan2(im, re)
             place = line + period * round((guess - line) / period) if not math.isnan(guess) else math.nan
             position[row, column] = place
-            variance = 0.5 * (period * read_variance + gain * float(total[row, column]))
-            weak = re * re + im * im < limit * variance
+            variance = 0.5 * (shifts * read_variance + gain * float(total[row, column]))
+            power = re * re + im * im
+            weak = power < limit * variance
+            # the phase feels the noise across the wave only, and shot noise lies mostly along it, where the light is
+            along = (re * re - im * im) * wave[2, row, column] + 2.0 * re * im * wave[3, row, column]
+            across = variance - 0.5 * gain * along / max(power, 1e-9)
+            square[row, column] += 0.5 * turn * turn * across / max(power, 1e-9)
             if reason[row, column] != 0:
                 if weak:
                     reason[row, column] = reasons[0]

@@ -2,7 +2,8 @@
 
 With 8 shifts of one pixel, the first harmonic of a pixel's profile over time also collects harmonics 7 and 9 of the
 line's shape (aliasing): an error of the position, periodic in one projector pixel, of up to 0.02 pixels (blur 0.36) or
-0.03 (fill factor 0.9). Knows positions over the picture; must not know captures or Gray code.
+0.03 (fill factor 0.9). Sinusoids are shown in steps of a pixel, whose harmonics 15 and 17 do the same. Knows positions
+over the picture; must not know captures or Gray code.
 """
 
 from __future__ import annotations

@@ -50,7 +50,8 @@ def test_help_names_every_preset_and_effect() -> None:
 
     assert all(preset in words("new") for preset in PRESETS)
     for command in ("gamut", "project"):
-        assert all(effect in words(command) for effect in EFFECTS)
+        told = words(command)
+        assert all(key in told for key, effect in EFFECTS.items() if command == "gamut" or effect.projectable)
 
 
 def test_new_writes_a_file_that_loads_and_never_overwrites_one(tmp_path: Path) -> None:

@@ -1,6 +1,8 @@
 """Files come back as they were written, are written whole or not at all, and a bad model is answered with its key."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from paxel_runtime.errors import InputError, InstallationError
+from paxel_runtime.model.correction import Correction, Term
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
 from paxel_runtime.storage import (
@@ -140,3 +143,60 @@ def test_a_missing_or_damaged_file_is_named(reader: Any, suffix: str, tmp_path: 
     path.write_bytes(b"not this")
     with pytest.raises(InstallationError, match=path.name):
         reader(path)
+
+
+def _corrected(model: PredictionModel) -> PredictionModel:
+    rng = np.random.default_rng(0)
+    return replace(
+        model,
+        correction=Correction(
+            n=model.n,
+            terms=(Term("product", 0, 1), Term("signed-square", 2, model.n - 1)),
+            coefficients=rng.standard_normal((2, 3, 2)),
+            centres=rng.random((4, model.n)),
+            weights=rng.standard_normal((2, 3, 4)),
+        ),
+    )
+
+
+def test_a_correction_is_stored_with_its_model(tmp_path: Path) -> None:
+    model = _corrected(a_model())
+    write_json(tmp_path / "model.json", model_to_dict(model))
+    again = load_model(tmp_path / "model.json")
+    x = np.random.default_rng(1).random((9, model.n))
+    for was, read in zip(model.predict(x), again.predict(x), strict=True):
+        assert np.array_equal(was, read)
+    assert pytest.approx(model.pattern.A) == again.linear.pattern.A
+    assert "correction" not in model_to_dict(model.linear)
+
+
+def test_a_correction_without_a_residual_is_stored() -> None:
+    model = _corrected(a_model())
+    assert model.correction is not None
+    empty = replace(model.correction, centres=np.empty((0, model.n)), weights=np.empty((2, 3, 0)))
+    again = model_from_dict(json.loads(json.dumps(model_to_dict(replace(model, correction=empty)))))
+    assert again.correction is not None
+    assert again.correction.XYZ(np.ones(model.n)) == pytest.approx(empty.XYZ(np.ones(model.n)))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: c.pop("terms"), 'must hold "terms"'),
+        (lambda c: c["terms"].append(["cubic", 0, 1]), "must be one of linear, product|coefficients must be"),
+        (lambda c: c["terms"].append(["product", 0, 99]), "inputs 0 to 5|coefficients must be"),
+        (lambda c: c["terms"].append([1]), 'must hold "terms"'),
+        (lambda c: c["surfaces"].pop("white"), "surfaces must be those of the model"),
+        (lambda c: c["surfaces"]["white"].pop("coefficients"), "correction.white: coefficients is missing"),
+        (
+            lambda c: c["surfaces"]["white"].update(weights=[[0.0]] * 3),
+            r"weights must be finite numbers in shape \(3, 4\)",
+        ),
+        (lambda c: c.update(centres=[[0.0]]), r"centres must be finite numbers in shape \(1, 6\)"),
+    ],
+)
+def test_a_broken_correction_is_named(change: Callable[[dict[str, Any]], object], message: str) -> None:
+    data = json.loads(json.dumps(model_to_dict(_corrected(a_model()))))
+    change(data["correction"])
+    with pytest.raises(InputError, match=message):
+        model_from_dict(data)

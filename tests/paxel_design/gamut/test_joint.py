@@ -141,6 +141,15 @@ def test_models_and_surfaces_that_make_no_sense_are_refused(bw_model: Models) ->
             JointGamut(
                 PredictionModel(model.channels, model.clusters, surface, None, model.white_point, model.response)
             )
+    assert model.white is not None
+    dark = [SurfaceModel(s.A * (np.arange(6) != 4), s.black) for s in (model.pattern, model.white)]
+    swapped = PredictionModel(
+        model.channels, model.clusters, model.white, model.pattern, model.white_point, model.response
+    )
+    with pytest.raises(InputError, match=r"zeros, got one at input 4 \(channel green on cluster white\)"):
+        JointGamut(PredictionModel(model.channels, model.clusters, *dark, model.white_point, model.response))
+    with pytest.raises(InputError, match="swapped"):
+        JointGamut(swapped)
     with pytest.raises(InputError, match="pattern, white"):
         JointGamut(model).surface("wall")
     with pytest.raises(InputError, match="XYZ_white"):

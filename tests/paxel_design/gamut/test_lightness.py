@@ -99,7 +99,7 @@ def test_every_pair_of_grays_of_the_rectangle_can_be_shown(measured_model: Model
 def test_the_figures_are_those_of_the_file(bw_model: Models) -> None:
     lightness = lightness_area(JointGamut(bw_model(2)))
     figures = lightness_figures(lightness)
-    assert set(figures) == {"area", "polygon", "rectangle"}
+    assert set(figures) == {"area", "polygon", "rectangle", "same_range"}
     assert figures["rectangle"] == {"L_pattern": list(lightness.L_pattern), "L_white": list(lightness.L_white)}
     assert len(figures["polygon"][0]) == 2
 

@@ -84,12 +84,17 @@ def test_every_colorant_and_every_union_of_six_is_free_of_low_frequencies_by_the
     assert np.abs(figures / figures.mean() - 1).max() < 0.2
 
 
-def test_unequal_shares_of_three_are_exact_and_free_of_low_frequencies():
-    shares = (0.5, 0.3, 0.2)
-    cells = swap_classes(shares, (128, 128), 2.0, 1)
-    assert np.abs(np.bincount(cells.ravel()) - np.multiply(shares, cells.size)).max() <= 1
-    for union in ((0,), (1,), (2,)):  # of three, a union of two is the rest of one
-        assert low_power([np.isin(cells, union)]) <= 0.02
+@pytest.mark.parametrize("shares", [(0.5, 0.3, 0.2), (0.4, 0.3, 0.2, 0.1)])
+def test_unequal_shares_are_exact_and_every_union_is_free_of_low_frequencies(shares):
+    fields = [swap_classes(shares, (128, 128), 2.0, seed) for seed in range(2)]
+    for cells in fields:
+        assert np.abs(np.bincount(cells.ravel()) - np.multiply(shares, cells.size)).max() <= 1
+    n = len(shares)
+    unions = [union for size in range(1, n) for union in combinations(range(n), size)]
+    figures = np.array([low_power([np.isin(cells, union) for cells in fields]) for union in unions])
+    assert figures.max() <= 0.02
+    # measured: 0.0041 to 0.0056, and 0.0048 to 0.0132: a swap moves a whole cell, which is more to a rare class
+    assert figures.max() < 3.5 * figures.min()
 
 
 def test_flatness_trades_visible_grain_for_peaks():

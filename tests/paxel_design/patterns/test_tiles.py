@@ -7,7 +7,7 @@ from paxel_design.patterns import colorants_of, make_pattern
 from paxel_design.patterns.tiles import MOST_CELLS, SHARE_TOLERANCE, tile_counts, tile_of
 from paxel_design.patterns.visibility import colorants_to_XYZ, row_visibility
 from paxel_runtime.errors import InputError
-from paxel_runtime.model.colorimetry import XYZ_to_Lab
+from paxel_runtime.model.colorimetry import XYZ_to_Lab, spectra_to_XYZ
 
 RGB = ("red", "green", "blue")
 CMYRGB = ("cyan", "magenta", "yellow", "red", "green", "blue")
@@ -129,3 +129,19 @@ def test_what_no_tile_can_be_is_named(change, text):
     description = {"layout": "tiles", "colorants": RGB, "dot_size_mm": 1, "angle_deg": 0, "size_mm": (50, 50)}
     with pytest.raises(InputError, match=text):
         make_pattern(**(description | change))
+
+
+def test_fluorescent_inks_that_look_like_paper_are_told_apart_by_their_light():
+    inks = colorants_of(("uv-red", "uv-green", "uv-blue", "white"))
+    XYZ = colorants_to_XYZ(inks)
+    assert XYZ[:, 1].max() == pytest.approx(1.0)
+    assert XYZ[3].tolist() == [0.0, 0.0, 0.0]  # paper emits nothing
+    for ink, row in zip(inks[:3], XYZ[:3], strict=True):
+        wanted = spectra_to_XYZ(ink.fluorescence.emission)
+        assert row / row.sum() == pytest.approx(wanted / wanted.sum(), abs=1e-12)
+    # beside an ink that absorbs, daylight tells them apart, and they look like paper
+    beside_black = colorants_to_XYZ(colorants_of(("uv-red", "black", "white")))
+    assert np.array_equal(beside_black[0], beside_black[2])
+    tile = make_pattern("tiles", ("uv-red", "uv-green", "uv-blue"), *SHEET)
+    every = [row_visibility(XYZ[[0, *rest]], s) for rest in ((1, 2), (2, 1)) for s in range(3)]
+    assert row_visibility(XYZ[tile.cells[0]], 1) == pytest.approx(min(every), abs=1e-9)

@@ -6,13 +6,14 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from paxel_design.patterns import colorants_of, make_pattern
 from paxel_design.printing.blocks import (
-    PAPER_CMYK,
     Block,
     CellRaster,
     block_indices,
     blocks_of,
     palette_of,
+    paper_index_of,
     plan_cell_raster,
+    printed_shares,
 )
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Pattern
@@ -90,6 +91,27 @@ def test_a_compensation_that_leaves_no_dot_is_an_error(ink_spread_um):
 
 def test_paper_joins_the_palette_only_where_shrinking_needs_it():
     shrunk, plain = plan_cell_raster(0.75, 20), plan_cell_raster(0.75, 0)
-    assert palette_of(colorants_of(RGB), shrunk)[3] == PAPER_CMYK
-    assert len(palette_of(colorants_of(RGB), plain)) == 3
-    assert palette_of(colorants_of(("black", "white")), shrunk) == ((0, 0, 0, 1), PAPER_CMYK)
+    inks = colorants_of(RGB)
+    assert palette_of(inks, shrunk) == (*inks, None)
+    assert palette_of(inks, plain) == inks
+    black, white = colorants_of(("black", "white"))
+    assert palette_of((black, white), shrunk) == (black, None)
+    assert paper_index_of(palette_of((white, black), shrunk)) == 0
+    assert paper_index_of(palette_of(inks, shrunk)) == 3
+
+
+@settings(deadline=None)
+@given(
+    torus=st.tuples(st.integers(1, 7), st.integers(1, 7)),
+    subpixels=st.integers(3, 9),
+    share=st.floats(0, 0.49),
+    seed=st.integers(0, 99),
+    names=st.sampled_from((RGB, ("red", "white", "blue"))),
+)
+def test_printed_shares_are_a_count_of_the_sub_pixels(torus, subpixels, share, seed, names):
+    pattern = Pattern("any", names, random_cells(*torus, seed=seed), 1.0, 0.0, (10, 10))
+    raster = CellRaster(subpixels, int(share * subpixels), 1.0)
+    palette = palette_of(colorants_of(names), raster)
+    indices = block_indices(pattern, Block(0, 0, *torus, (0, 0)), raster, paper_index_of(palette))
+    counted = np.bincount(indices.ravel(), minlength=len(palette)) / indices.size
+    assert printed_shares(pattern, raster, palette) == pytest.approx(counted, abs=1e-12)

@@ -13,19 +13,17 @@ from paxel_runtime.devices.bench_setup import GRAY
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
+from paxel_runtime.model.fluorescence import brightener, fluorescent_triad
 from paxel_runtime.model.pattern import Colorant, Pattern, colorant_library
-from paxel_runtime.optics.fluorescence import brightener, fluorescent_inks
 from paxel_runtime.optics.geometry import CameraPose
 from paxel_runtime.optics.held import lens_positions_mm
-from paxel_runtime.optics.overprint import overprint_reflectance, papers
-from paxel_runtime.optics.spectra import ambient_spectrum, primaries
+from paxel_runtime.optics.overprint import overprints, papers
+from paxel_runtime.optics.spectra import ambient_spectrum, primaries, shift_of_level, shift_spectra
 
 RGB = ("red", "green", "blue")
 SIZE = (144, 96)
 PITCH_MM = 0.1465
 IDEAL, REALISTIC = QUALITIES["ideal"], QUALITIES["realistic"]
-UV_INKS = {name: ink for name, (ink, _) in fluorescent_inks().items()}
-SHINE = {name: fluorescence for name, (_, fluorescence) in fluorescent_inks().items()}
 READING = 2e-5  # relative: float32 intensities and weights, summed over a spot
 
 
@@ -52,9 +50,7 @@ def bench_of(terms: BenchQuality = IDEAL, **changes: object) -> VirtualBench:
 
 
 def uv_bench(pattern: Pattern, terms: BenchQuality = IDEAL, **changes: object) -> VirtualBench:
-    return bench_of(
-        terms, **{"pattern": pattern, "channels": ("uv",), "colorants": UV_INKS, "fluorescence": SHINE} | changes
-    )
+    return bench_of(terms, pattern=pattern, channels=("uv",), **changes)
 
 
 def frame(*levels: int) -> NDArray[np.uint8]:
@@ -93,7 +89,7 @@ def test_a_sheet_of_another_paper(name: str) -> None:
     bench = bench_of(second_surface=name)
     light = primaries(RGB).sum(axis=0)
     expected = light * (papers() | colorant_library())[name].reflectance
-    np.testing.assert_allclose(reading(bench, frame(255, 255, 255), "white"), expected, rtol=3e-5)  # cut tails
+    np.testing.assert_allclose(reading(bench, frame(255, 255, 255), "white"), expected, rtol=1e-6)  # float32
 
 
 def test_a_held_sheet_at_the_wall_is_the_hung_one() -> None:
@@ -145,7 +141,19 @@ def test_defocus_adds_its_variance() -> None:
         spread.append((seen.sum(axis=0) * (columns - 72) ** 2).sum() / seen.sum())
     throw = lens_positions_mm(SIZE, PITCH_MM * SIZE[0])[0, 2]
     disc_px = 8.0 * 3.0 / (throw - 3.0) / PITCH_MM  # of an 8 mm pupil
-    assert spread[1] - spread[0] == pytest.approx(disc_px**2 / 16, rel=0.01)  # tails are cut at 4.5 sigma
+    assert spread[1] - spread[0] == pytest.approx(disc_px**2 / 16, rel=0.01)  # its change across the disc
+
+
+def test_light_defocused_beyond_the_frame_falls_on_the_sheet() -> None:
+    lit = []
+    for column in (72, 0):
+        codes = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+        codes[40:56, column] = 255
+        bench = bench_of(sheet_distance_mm=3.0)  # a disc of 2.7 px radius
+        bench.place("white")
+        bench.show(codes)
+        lit.append(bench.capture().astype(float).sum())
+    assert lit[1] == pytest.approx(lit[0], rel=0.04)  # keystone and distortion; half of it was lost at a closed rim
 
 
 def test_tilt_brings_the_upper_edge_nearer() -> None:
@@ -163,7 +171,7 @@ def test_ambient_light_adds_the_same_whatever_is_shown() -> None:
         np.testing.assert_allclose(added[1], added[0], rtol=1e-6)
         shown = [bench.view_XYZ(c, surface) for c in (frame(0, 0, 0), noise_frame()) for bench in (lit, dark)]
         np.testing.assert_allclose(shown[2] - shown[3], shown[0], atol=2e-5)  # float32, left-out directions
-    expected = 0.05 * ambient_spectrum() * colorant_library()["white"].reflectance
+    expected = 0.05 * ambient_spectrum()[-81:] * colorant_library()["white"].reflectance
     np.testing.assert_allclose(reading(lit, frame(0, 0, 0), "white"), expected, rtol=1e-5)
     lit.show(frame(0, 0, 0))
     lit.place("white")
@@ -171,6 +179,14 @@ def test_ambient_light_adds_the_same_whatever_is_shown() -> None:
     np.testing.assert_allclose(picture / picture[120, 160], 1.0, atol=2e-3)  # the margin included; 16-bit steps
     lit.show(frame(255, 255, 255))
     assert lit.capture().max() / 65535 == pytest.approx(0.8, abs=0.01)
+
+
+def test_ambient_light_excites_what_fluoresces() -> None:
+    plain, bright = (bench_of(ambient=0.1, brightener=b) for b in (False, True))
+    added = reading(bright, frame(0, 0, 0), "white") - reading(plain, frame(0, 0, 0), "white")
+    dye = brightener()
+    taken = 0.1 * float(ambient_spectrum() @ dye.excitation) * 5
+    np.testing.assert_allclose(added, taken * dye.emission, rtol=1e-5, atol=1e-9)  # float32
 
 
 # --- channels --------------------------------------------------------------------------------------------------------
@@ -185,7 +201,28 @@ def test_four_channels_add(surface: str) -> None:
     if surface == "white":
         one = reading(bench, frame(0, 0, 0, 255), "white")
         expected = primaries(("white",), "rgbw")[0] * colorant_library()["white"].reflectance
-        np.testing.assert_allclose(one, expected, rtol=3e-5, atol=1e-9)  # cut tails
+        np.testing.assert_allclose(one, expected, rtol=1e-6, atol=1e-9)  # float32
+
+
+def test_spectra_change_with_the_level_as_measured() -> None:
+    names = (*RGB, "white")
+    plain, shifting = (
+        bench_of(channels=names, projector="rgbw", responses=("rgbw",) * 4, level_spectra=on) for on in (False, True)
+    )
+    for level in (0, 255):  # measured spectra are those of full
+        codes = frame(*(level,) * 4)
+        np.testing.assert_allclose(reading(shifting, codes, "white"), reading(plain, codes, "white"), atol=1e-7)
+    half = frame(0, 128, 0, 0)
+    apart = reading(shifting, half, "white") - reading(plain, half, "white")
+    x = plain.truth.response("green", 128 / 255)
+    paper = colorant_library()["white"].reflectance
+    added = shift_spectra(names)[1, -81:] * shift_of_level(np.array([[0], [x], [0], [0]], np.float32), names)[1, 0]
+    np.testing.assert_allclose(apart, added * paper, atol=1e-6 * primaries(names, "rgbw").max())
+    share = np.abs(apart).sum() / reading(plain, half, "white").sum()
+    assert 0.1 < share < 0.4  # of green at a quarter of its light
+    seen = shifting.view_XYZ(half, "white")[48, 72] - plain.view_XYZ(half, "white")[48, 72]
+    expected = spectra_to_XYZ(apart) / spectra_to_XYZ(reading(plain, frame(255, 255, 255, 255), "white"))[1]
+    np.testing.assert_allclose(seen, expected, atol=1e-4)  # float32, fall-off within the spot
 
 
 @pytest.mark.parametrize("bits", [8, 10])
@@ -228,12 +265,11 @@ def test_blur_differs_by_channel() -> None:
 def test_uv_ink_shines_under_uv_alone() -> None:
     pattern = pattern_of(("uv-green", "uv-green"))
     under_uv = reading(uv_bench(pattern), frame(255), "pattern")
-    fluorescence = SHINE["uv-green"]
+    fluorescence = fluorescent_triad()["uv-green"]
     assert spectra_to_XYZ(under_uv)[1] > 20 * spectra_to_XYZ(reading(uv_bench(pattern), frame(255), "white"))[1]
     shape = under_uv[10:] / under_uv[10:].max()  # beyond the LED's own visible tail
     np.testing.assert_allclose(shape, fluorescence.emission[10:] / fluorescence.emission.max(), atol=1e-3)
-    no_uv = {"channels": RGB, "fluorescence": SHINE, "colorants": UV_INKS, "pattern": pattern}
-    visible, plain = bench_of(**no_uv), bench_of(pattern=pattern_of(("white", "white")))
+    visible, plain = bench_of(pattern=pattern), bench_of(pattern=pattern_of(("white", "white")))
     full = frame(255, 255, 255)
     # The triad's excitation ends at 400 nm, where the DLP has 3e-5 of its power.
     np.testing.assert_allclose(reading(visible, full, "pattern"), reading(plain, full, "pattern"), rtol=2e-3)
@@ -241,7 +277,7 @@ def test_uv_ink_shines_under_uv_alone() -> None:
 
 def test_white_paper_gives_no_light_under_uv_unless_brightened() -> None:
     pattern = pattern_of(("uv-red", "uv-green", "uv-blue"))
-    plain, bright = uv_bench(pattern), uv_bench(pattern, fluorescence=SHINE | {"white": brightener()})
+    plain, bright = uv_bench(pattern), uv_bench(pattern, brightener=True)
     Y = [spectra_to_XYZ(reading(bench, frame(255), "white"))[1] for bench in (plain, bright)]
     inked = spectra_to_XYZ(reading(plain, frame(255), "pattern"))[1]
     assert Y[0] < 1e-3 * inked
@@ -261,7 +297,7 @@ def test_emission_does_not_depend_on_where_in_the_dot_it_was_excited() -> None:
 
 def test_reflected_and_emitted_light_add() -> None:
     pattern = pattern_of(("uv-red", "cyan", "black"))
-    both = bench_of(pattern=pattern, channels=("blue", "uv"), colorants=UV_INKS, fluorescence=SHINE)
+    both = bench_of(pattern=pattern, channels=("blue", "uv"))
     codes = noise_frame(2)
     parts = [reading(both, codes * (np.arange(2) == j).astype(np.uint8), "pattern") for j in range(2)]
     np.testing.assert_allclose(sum(parts), reading(both, codes, "pattern"), rtol=READING)
@@ -299,24 +335,27 @@ def test_scattered_emission_is_lost_under_black() -> None:
 
 def test_an_ink_of_your_own() -> None:
     silver = Colorant("silver", np.full(81, 0.4), (0.0, 0.0, 0.0, 0.4))
-    bench = bench_of(pattern=pattern_of(("silver", "silver")), colorants={"silver": silver})
+    pattern = replace(pattern_of(("silver", "silver")), library=colorant_library() | {"silver": silver})
+    bench = bench_of(pattern=pattern)
     expected = primaries(RGB).sum(axis=0) * 0.4
     np.testing.assert_allclose(reading(bench, frame(255, 255, 255), "pattern"), expected, rtol=1e-4)  # float32 ink
-    seen = bench_of(second_surface="silver", colorants={"silver": silver})
-    np.testing.assert_allclose(reading(seen, frame(255, 255, 255), "white"), expected, rtol=3e-5)
+    seen = bench_of(pattern=pattern, second_surface="silver")
+    np.testing.assert_allclose(reading(seen, frame(255, 255, 255), "white"), expected, rtol=1e-6)
 
 
 def test_overprints_are_the_neugebauer_primaries() -> None:
     library = colorant_library()
     cyan, magenta, yellow, black, blue = (library[n].cmyk for n in ("cyan", "magenta", "yellow", "black", "blue"))
-    np.testing.assert_array_equal(overprint_reflectance(cyan, magenta), library["blue"].reflectance)
-    np.testing.assert_array_equal(overprint_reflectance(yellow, cyan), library["green"].reflectance)
-    on_black = overprint_reflectance(black, yellow)
-    assert on_black is not None
+    np.testing.assert_array_equal(overprints([cyan, magenta])[0, 1], library["blue"].reflectance)
+    np.testing.assert_array_equal(overprints([yellow, cyan])[0, 1], library["green"].reflectance)
+    on_black = overprints([black, yellow])[0, 1]
     assert spectra_to_XYZ(on_black)[1] < spectra_to_XYZ(library["black"].reflectance)[1]  # L* 15.7 against 16
-    assert overprint_reflectance(blue, cyan) is None
-    assert overprint_reflectance((0.5, 0.0, 0.0, 0.0), cyan) is None
-    assert overprint_reflectance(library["white"].cmyk, cyan) is None
+    for none in ([blue, cyan], [(0.5, 0.0, 0.0, 0.0), cyan], [library["white"].cmyk, cyan], [None, cyan], [cyan]):
+        assert overprints(none) == {}
+    three = overprints([cyan, None, magenta, yellow])
+    assert list(three) == [(0, 2), (0, 3), (2, 3), (0, 2, 3)]
+    assert spectra_to_XYZ(three[0, 2, 3])[1] < min(spectra_to_XYZ(three[pair])[1] for pair in list(three)[:3])
+    assert (0, 1, 2) not in overprints([blue, magenta, yellow])  # blue and yellow are the three already
 
 
 def test_overprints_change_overlaps_alone() -> None:
@@ -331,6 +370,15 @@ def test_overprints_change_overlaps_alone() -> None:
     coverage = measured.truth.coverage()
     np.testing.assert_allclose(coverage.sum(axis=-1), 1.0, atol=1e-5)
     np.testing.assert_array_equal(coverage, darker.truth.coverage())
+
+
+def test_where_three_inks_meet_all_three_are_seen() -> None:
+    """Cells so much grown that every ink lies everywhere: the sheet is one solid of cyan, magenta and yellow."""
+    grown = replace(IDEAL, ink_spread_um=1500.0)
+    bench = bench_of(grown, pattern=pattern_of(("cyan", "magenta", "yellow")), overprint=True)
+    inks = [colorant_library()[name].cmyk for name in ("cyan", "magenta", "yellow")]
+    expected = primaries(RGB).sum(axis=0) * overprints(inks)[0, 1, 2]
+    np.testing.assert_allclose(reading(bench, frame(255, 255, 255), "pattern"), expected, rtol=1e-4)  # float32 ink
 
 
 # --- camera ----------------------------------------------------------------------------------------------------------
@@ -378,8 +426,11 @@ def test_bayer_mosaic() -> None:
         ({"channels": (*RGB, "cyan")}, "cyan"),
         ({"responses": ("power",)}, "responses"),
         ({"channel_blur": (0.0, 1.0, 1.0)}, "channel_blur"),
-        ({"fluorescence": {"mist": brightener()}}, "mist"),
+        ({"sheet_distance_mm": 40.0}, "too near to the projector"),
+        ({"ambient": 10.5}, "ambient"),
+        ({"level_spectra": True}, "level_spectra"),
         ({"exposure": 0.0}, "exposure"),
+        ({"exposure": float("nan")}, "exposure"),
         ({"bayer": "xtrans"}, "bayer"),
     ],
 )

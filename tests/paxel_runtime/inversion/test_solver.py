@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear, minimize
+from scipy.optimize import least_squares, lsq_linear, minimize
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.inversion import EXACT, OPTIMUM, Inversion, box_qp, invert
@@ -281,6 +281,30 @@ def test_every_colour_of_srgb_finds_its_optimum() -> None:
         result = invert(np.tile(cube, (8, 1)), rng.permutation(np.tile(cube, (8, 1))), model)
         assert result.counts()["capped"] == 0
         assert np.isfinite(result.x).all()
+
+
+def test_the_plain_distance_is_minimised_when_asked_for() -> None:
+    """dE76 against scipy's bounded least squares of the same objective, from our answer and from the middle."""
+    model = MODELS[2]
+    pattern, white = _pictures(40, seed=11)
+    result = invert(pattern, white, model, metric="dE76")
+    other = invert(pattern, white, model)
+    for p in np.flatnonzero(result.status == OPTIMUM)[:12]:
+
+        def residuals(x: Floats, p: int = p) -> Floats:
+            seen = model.predict(x)
+            return np.concatenate([seen[0] - pattern[p], seen[1] - white[p]])
+
+        own = float(np.sum(residuals(result.x[p]) ** 2))
+        np.testing.assert_allclose(own, result.dE_pattern[p] ** 2 + result.dE_white[p] ** 2, rtol=1e-9)
+        best = min(
+            2 * float(least_squares(residuals, start, bounds=(0, 1), xtol=1e-12, ftol=1e-12).cost)
+            for start in (np.clip(result.x[p], 1e-6, 1 - 1e-6), np.full(model.n, 0.5))
+        )
+        assert own <= best + 2e-3  # the regulariser's 2.5e-5 n, and scipy's own end
+        assert own <= float(np.sum(residuals(other.x[p]) ** 2)) + 2e-3
+    with pytest.raises(InputError, match="metric"):
+        invert(pattern, white, model, metric="dE94")
 
 
 def test_weights_trade_one_surface_for_the_other() -> None:

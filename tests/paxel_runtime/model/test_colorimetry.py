@@ -16,6 +16,7 @@ from paxel_runtime.model.colorimetry import (
     LCh_to_Lab,
     XYZ_to_Lab,
     linear_sRGB_to_XYZ,
+    observer,
     spectra_to_XYZ,
     sRGB_to_Lab,
 )
@@ -29,10 +30,19 @@ three = st.tuples(channel, channel, channel)
 
 
 def test_the_observer_is_cie_1931() -> None:
-    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy()
-    theirs = observer.align(colour.SpectralShape(380, 780, 5)).values
+    cmf = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy()
+    theirs = cmf.align(colour.SpectralShape(380, 780, 5)).values
     ours = spectra_to_XYZ(np.eye(len(WAVELENGTHS_NM))) / 5
     assert ours == pytest.approx(theirs, abs=1e-9)  # the table is written with 10 digits
+
+
+def test_the_other_observer_is_cie_1964_inside_its_block_and_nowhere_else() -> None:
+    cmf = colour.MSDS_CMFS["CIE 1964 10 Degree Standard Observer"].copy()
+    theirs = cmf.align(colour.SpectralShape(380, 780, 5)).values
+    two = spectra_to_XYZ(np.eye(len(WAVELENGTHS_NM)))
+    with observer(10):
+        assert spectra_to_XYZ(np.eye(len(WAVELENGTHS_NM))) / 5 == pytest.approx(theirs, abs=1e-9)  # ten digits
+    assert np.array_equal(spectra_to_XYZ(np.eye(len(WAVELENGTHS_NM))), two)
 
 
 def test_the_white_of_sRGB_is_d65() -> None:

@@ -7,7 +7,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from paxel_runtime.errors import InputError
-from paxel_runtime.model.effects import EFFECTS, DualImage, Full, Neutralize, parse_effect
+from paxel_runtime.model.effects import (
+    EFFECTS,
+    Chroma,
+    Decolorize,
+    DualImage,
+    Effect,
+    Full,
+    FullChange,
+    HueShift,
+    Monochrome,
+    Neutralize,
+    parse_effect,
+    require_projectable,
+)
 
 NUMBERS = st.floats(-150, 150, allow_nan=False)
 
@@ -29,12 +42,28 @@ def test_a_key_alone_gives_the_defaults_and_the_row_is_complete(key: str) -> Non
         (DualImage(), "dual-image", "dual-image"),
         (Neutralize(), "neutralize:50,0,0", "neutralize-50_0_0"),
         (Neutralize((62.5, -3, 0.1)), "neutralize:62.5,-3,0.1", "neutralize-62.5_-3_0.1"),
+        (Neutralize((50, 0, 0), 2), "neutralize:50,0,0,2", "neutralize-50_0_0_2"),
+        (HueShift(angle_deg=45), "hue-shift:45", "hue-shift-45"),
+        (HueShift(90, lightness_band=10), "hue-shift:90,10", "hue-shift-90_10"),
+        (Chroma(), "chroma:0.5", "chroma-0.5"),
+        (Decolorize(), "decolorize:free", "decolorize-free"),
+        (Decolorize("relative", 2), "decolorize:relative,2", "decolorize-relative_2"),
+        (FullChange(), "full-change", "full-change"),
+        (FullChange(20, 60), "full-change:20,60", "full-change-20_60"),
+        (DualImage("volume"), "dual-image:volume", "dual-image-volume"),
+        (Monochrome(), "monochrome", "monochrome"),
     ],
 )
-def test_text_and_file_name_are_those_of_the_design(
-    effect: Full | DualImage | Neutralize, text: str, name: str
-) -> None:
+def test_text_and_file_name_are_those_of_the_design(effect: Effect, text: str, name: str) -> None:
     assert (effect.text, effect.name) == (text, name)
+    assert parse_effect(text) == effect
+
+
+def test_effects_without_a_projection_name_those_that_have_one() -> None:
+    for effect in (Full(), DualImage(), Neutralize()):
+        require_projectable(effect)
+    with pytest.raises(InputError, match=r"hue-shift:45.*can be projected: full, neutralize, dual-image"):
+        require_projectable(HueShift())
 
 
 @given(st.floats(0, 100), NUMBERS, NUMBERS)
@@ -56,7 +85,27 @@ def test_an_unknown_effect_is_answered_with_the_choices_of_the_table() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["neutralize:", "neutralize:50,0", "neutralize:50,0,x", "neutralize:120,0,0", "neutralize:50,nan,0", "full:1", ""],
+    [
+        "neutralize:",
+        "neutralize:50,0",
+        "neutralize:50,0,x",
+        "neutralize:120,0,0",
+        "neutralize:50,nan,0",
+        "full:1",
+        "",
+        "hue-shift:0",
+        "hue-shift:171",
+        "hue-shift:45,0",
+        "hue-shift:45,10,1",
+        "chroma:-1",
+        "chroma:x",
+        "decolorize:gray",
+        "decolorize:free,-1",
+        "full-change:20",
+        "full-change:60,20",
+        "dual-image:best",
+        "neutralize:50,0,0,11",
+    ],
 )
 def test_a_broken_value_is_answered_with_rule_and_value(text: str) -> None:
     with pytest.raises(InputError, match="effect"):

@@ -53,3 +53,12 @@ def test_keys_of_others_are_left_alone():
 def test_a_broken_description_is_named(change, text):
     with pytest.raises(InputError, match=text):
         pattern_from_json_dict(_description() | change, np.eye(2, dtype=np.uint8))
+
+
+def test_the_recipe_and_the_shares_stand_in_the_description():
+    cells = np.array([[0, 1, 1]], np.uint8)
+    pattern = Pattern("stripes", ("black", "white"), cells, 0.75, 30.0, (60.0, 40.0))
+    description = pattern_to_json_dict(pattern, "ab" * 32, {"tile_order": ["black", "white", "white"]})
+    assert description["recipe"] == {"tile_order": ["black", "white", "white"]}
+    assert description["shares"] == {"black": pytest.approx(1 / 3), "white": pytest.approx(2 / 3)}
+    assert np.array_equal(pattern_from_json_dict(description, cells).cells, cells)

@@ -1,11 +1,14 @@
 """The prediction model is linear in x, and response curves are monotone and inverted."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.model.correction import Correction, Term
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
 
@@ -67,3 +70,69 @@ def test_a_model_whose_columns_do_not_fit_is_refused() -> None:
     surface = SurfaceModel(np.ones((3, 5)), np.zeros(3))
     with pytest.raises(InputError, match=r"pattern\.A must have 6 columns \(2 clusters x 3 channels\), got 5"):
         PredictionModel(("r", "g", "b"), ("a", "b"), surface, None, np.ones(3), _response())
+
+
+def _corrected(K: int, N: int, seed: int) -> PredictionModel:
+    rng = np.random.default_rng(seed)
+    n = K * N
+    correction = Correction(
+        n=n,
+        terms=(Term("product", 0, n - 1), Term("absolute", 0, N)),
+        coefficients=0.01 * rng.standard_normal((2, 3, 2)),
+        centres=rng.random((2, n)),
+        weights=0.01 * rng.standard_normal((2, 3, 2)),
+    )
+    surfaces = [SurfaceModel(rng.random((3, n)), rng.random(3)) for _ in range(2)]
+    response = ProjectorResponse((CODE,) * N, (CODE,) * N)
+    return PredictionModel(("r", "g"), ("a", "b"), surfaces[0], surfaces[1], np.ones(3), response, correction)
+
+
+def test_a_correction_is_added_to_the_linear_prediction_and_left_out_of_its_surfaces() -> None:
+    model, x = _corrected(2, 2, 0), np.random.default_rng(1).random((5, 4))
+    assert model.correction is not None
+    pattern, white = model.predict_XYZ(x)
+    assert white is not None
+    more = model.correction.XYZ(x)
+    assert pattern == pytest.approx(model.pattern.predict_XYZ(x) + more[:, 0])
+    assert white == pytest.approx(x @ model.surfaces["white"].A.T + model.surfaces["white"].black + more[:, 1])
+    assert model.linear.correction is None
+    assert model.linear.predict_XYZ(x)[0] == pytest.approx(model.pattern.predict_XYZ(x))
+
+
+def test_the_jacobian_is_that_of_the_prediction() -> None:
+    model, x = _corrected(2, 2, 2), np.random.default_rng(3).random(4)
+    for m in (model, model.linear):
+        XYZ, J = m.predict_XYZ_and_jacobian(x)
+        assert pytest.approx(np.stack(m.predict_XYZ(x))) == XYZ  # type: ignore[arg-type]
+        step = 1e-7 * np.eye(4)
+        numeric = [(np.stack(m.predict_XYZ(x + h)) - np.stack(m.predict_XYZ(x - h))) / 2e-7 for h in step]  # type: ignore[arg-type]
+        assert pytest.approx(np.moveaxis(numeric, 0, -1), abs=1e-6) == J  # central differences of smooth functions
+
+
+def test_a_correction_of_another_size_is_refused() -> None:
+    model = _corrected(2, 2, 0)
+    with pytest.raises(InputError, match="4 inputs and 1 surface"):
+        replace(model, white=None)
+
+
+def test_an_image_based_model_gives_the_model_of_some_pixels() -> None:
+    rng = np.random.default_rng(0)
+    A, black = rng.random((4, 5, 3, 6)).astype(np.float16), rng.random((4, 5, 3)).astype(np.float16)
+    model = PredictionModel(
+        ("r", "g", "b"),
+        ("a", "b"),
+        SurfaceModel(A, black),
+        None,
+        np.ones(3),
+        ProjectorResponse((CODE,) * 3, (CODE,) * 3),
+    )
+    rows, columns = np.array([0, 3]), np.array([1, 4])
+    some = model.at((rows, columns))
+    assert some.pattern.A.dtype == np.float64
+    x = rng.random((2, 6))
+    assert some.pattern.predict_XYZ(x) == pytest.approx(
+        np.einsum("pcn,pn->pc", A[rows, columns].astype(float), x) + black[rows, columns]
+    )
+    assert model.at((slice(1, 3), slice(None))).pattern.A.shape == (2, 5, 3, 6)
+    spectral = some.at((1,))
+    assert pytest.approx(spectral.pattern.A) == spectral.at((0,)).pattern.A

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.model import subgamut
 from paxel_runtime.model.colorimetry import D65_XYZ, Lab_to_XYZ
-from paxel_runtime.model.subgamut import PairGamut, SubGamut
+from paxel_runtime.model.subgamut import LabField, PairGamut, SubGamut, subgamut_from_arrays
 
 BOX = np.concatenate((np.eye(3), -np.eye(3)))
 POINTS = arrays(np.float64, (7, 3), elements=st.floats(-1, 2))
@@ -117,3 +117,31 @@ def test_data_that_make_no_sense_are_refused(changes: dict[str, object], rule: s
 def test_colours_of_another_shape_are_refused() -> None:
     with pytest.raises(InputError, match=r"\(\.\.\., 3\)"):
         box(np.zeros(3), np.ones(3)).slack(np.zeros((4, 6)))
+
+
+def test_a_field_is_linear_between_its_nodes_and_cuts_the_half_spaces() -> None:
+    def plane(Lab: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(60 - Lab[..., 0] + 0.3 * Lab[..., 1] - 0.2 * Lab[..., 2], np.float64)
+
+    origin = np.array([-10.0, -60, -60])
+    nodes = origin + 4.0 * np.moveaxis(np.indices((31, 31, 31)), 0, -1)
+    field = LabField(origin, 4.0, plane(nodes).astype(np.float32))
+    Lab = np.random.default_rng(0).uniform([0, -50, -50], [100, 50, 50], (100, 3))
+    # 1e-4: nodes in 32 bits.
+    np.testing.assert_allclose(field.at(Lab), plane(Lab), atol=1e-4)
+    wide = box(np.zeros(3), np.full(3, 2.0))
+    cut = SubGamut("x", "pattern", wide.normals, wide.offsets, wide.white_point, field)
+    XYZ = Lab_to_XYZ(Lab, D65_XYZ)
+    np.testing.assert_array_equal(cut.contains(XYZ), wide.contains(XYZ) & (field.at(Lab) >= -1e-7))
+    assert cut.gray_range()[1] == pytest.approx(60, abs=0.1), "asked at steps of 0.05"
+    arrays = {"effect": np.array("x"), "shown_on": np.array("pattern"), "normals": cut.normals, "offsets": cut.offsets,
+              "white_point": cut.white_point, "field": field.values, "field_origin": origin,
+              "field_step": np.array(4.0)}  # fmt: skip
+    np.testing.assert_array_equal(subgamut_from_arrays(arrays).slack(XYZ), cut.slack(XYZ))
+    with pytest.raises(InputError, match="field needs"):
+        LabField(origin, 0.0, field.values)
+    none = SubGamut(
+        "x", "pattern", wide.normals, wide.offsets, D65_XYZ, LabField(origin, 4.0, -np.ones((31, 31, 31), np.float32))
+    )
+    with pytest.raises(GamutError, match="gray axis"):
+        none.gray_range()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -189,3 +190,19 @@ def test_a_bench_from_the_cache_answers_the_same(folder: Path, monkeypatch: pyte
     monkeypatch.setattr(cache, "_save", None)  # what is there is not computed again
     np.testing.assert_array_equal(answer(setup), fresh)
     np.testing.assert_array_equal(answer(replace(setup, seed=2)), other)
+
+
+def test_an_edit_of_the_bench_leaves_no_entry_in_use(tmp_path: Path) -> None:
+    digests = []
+    for text in ("A = 1\n", "A = 2\n"):
+        package = tmp_path / "bench"
+        package.mkdir(exist_ok=True)
+        (package / "cache.py").write_text(Path(cache.__file__).read_text(encoding="utf-8"), encoding="utf-8")
+        (package / "light.py").write_text(text, encoding="utf-8")
+        spec = importlib.util.spec_from_file_location("cache_of_a_copy", package / "cache.py")
+        assert spec is not None
+        assert spec.loader is not None
+        copy = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(copy)
+        digests.append(copy._sources_digest())
+    assert digests[0] != digests[1]

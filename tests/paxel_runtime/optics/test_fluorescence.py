@@ -10,19 +10,18 @@ import pytest
 
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.optics.fluorescence import (
+from paxel_runtime.model.fluorescence import (
     EXCITATION_NM,
     Fluorescence,
     brightener,
-    donaldson_to_fluorescence,
-    emission_spectra,
-    fluorescent_inks,
-    uv_line,
+    excitation_band,
+    fluorescent_triad,
 )
+from paxel_runtime.optics.fluorescence import donaldson_to_fluorescence, emission_spectra, uv_line
 from paxel_runtime.optics.spectra import excitation_spectra, ink_terms, primaries
 
 PAPER = np.full(81, 0.9)
-DYES = [fluorescence for _, fluorescence in fluorescent_inks().values()]
+DYES = list(fluorescent_triad().values())
 
 
 def data_folder() -> Path:
@@ -64,6 +63,14 @@ def test_no_dye_emits_more_than_it_gets(dye: Fluorescence) -> None:
     assert dye.emission.sum() * 5 == pytest.approx(1.0)
     assert dye.excitation.max() < 1.0
     assert dye.excitation[EXCITATION_NM > 430].max() < 1e-3
+
+
+def test_a_band_excites_between_its_soft_edges() -> None:
+    band = excitation_band((400.0, 460.0), 0.5)
+    assert np.interp([400.0, 460.0], EXCITATION_NM, band) == pytest.approx(0.25, rel=1e-3)  # half way up each edge
+    assert band[EXCITATION_NM == 430] == pytest.approx(0.5, rel=0.01)
+    assert max(band[0], band[-1]) < 1e-8
+    assert excitation_band((300.0, 400.0), 0.5)[0] == pytest.approx(0.5)
 
 
 def test_the_triad_spans_a_gamut() -> None:

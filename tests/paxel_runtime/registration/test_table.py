@@ -65,7 +65,9 @@ def measured(noise_px: float = 0.0, wave_px: float = 0.0, seed: int = 0) -> Deco
     uv[~inside] = np.nan
     reason = np.where(inside, 0, REASON["too dark"]).astype(np.uint8)
     signal = np.full(SHAPE, 30000.0, np.float32)
-    return Decoded(uv.astype(np.float32), signal, reason, SensorNoise(40.0, 1.5), (0.0, 0.0))
+    return Decoded(
+        uv.astype(np.float32), signal, reason, SensorNoise(40.0, 1.5), (0.0, 0.0), (reason == 0).astype(np.float32)
+    )
 
 
 @cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 import pytest
@@ -292,6 +292,88 @@ def test_the_rim_where_lines_lack_a_neighbour_is_left_out(clean: tuple[Wall, Cap
     assert np.all(decoded.reason[rim] == REASON["outside the frame"])
 
 
+def test_confidence_is_the_noise_of_the_place(printed: tuple[Wall, Captures]) -> None:
+    # two sessions that differ by nothing but noise: half of the square of their difference is the variance of each
+    _, captures = printed
+    again = Wall(ink=0.025, noisy=True, bits=14, seed=1).captures()
+    one, two = (decode(session.__getitem__, WIDTH, HEIGHT) for session in (captures, again))
+    both = (one.reason == 0) & (two.reason == 0)
+    variance = np.mean((one.projector_xy - two.projector_xy)[both] ** 2, axis=-1) / 2.0
+    claimed = 0.01 * (1.0 / one.confidence[both] - 1.0)
+    for dots in (claimed < np.median(claimed), claimed > np.percentile(claimed, 70)):  # paper, ink
+        # gain and read noise of the camera are known to 5 and 50 %, and dark ink's own light is as noisy as its place
+        assert np.mean(variance[dots] / claimed[dots]) == pytest.approx(1.0, rel=0.25)
+    assert np.all(one.confidence[one.reason != 0] == 0)
+    assert np.median(one.confidence[both][claimed < np.median(claimed)]) > 0.95
+
+
+# --- phase shifting -------------------------------------------------------------------------------------------------
+
+
+@given(width=st.integers(16, 2000), height=st.integers(16, 1200))
+def test_sinusoids_take_the_place_of_lines(width: int, height: int) -> None:
+    lines, phase = plan_frames(width, height), plan_frames(width, height, method="phase")
+    assert [f.name.replace("line", "phase") for f in lines] == [f.name for f in phase]
+    for axis, length in (("x", width), ("y", height)):
+        waves = np.array([f.profile for f in phase if f.name.startswith(f"phase-{axis}")])
+        assert waves.min() >= 0.0
+        assert waves.max() <= 1.0
+        assert np.allclose(np.sum(waves, axis=0), 4.0, atol=1e-5)  # float32: half of the light everywhere
+        first = np.sum(waves * np.exp(2j * np.pi * np.arange(8) / 8)[:, None], axis=0)
+        place = np.angle(first) * 16 / (2 * np.pi)
+        assert np.allclose((place - np.arange(length) + 8) % 16 - 8, 0.0, atol=1e-4)
+
+
+@cache
+def pixels_light(length: int, blur_px: float) -> NDArray[np.float32]:
+    """Light of each single pixel along an axis, as `Wall` tabulates it, (length, n)."""
+    place = np.arange((length + 8) * 256) / 256.0 - 4.0
+    light = np.zeros((length, place.size), np.float32)
+    for pixel in range(length):
+        near = np.abs(place - pixel) < 0.5 + 6.0 * blur_px
+        ends = [(place[near] - pixel + side) / (blur_px * math.sqrt(2.0)) for side in (0.5, -0.5)]
+        light[pixel, near] = 0.5 * (erf(ends[0]) - erf(ends[1]))
+    return light
+
+
+class GrayWall(Wall):
+    """A wall on which a frame's profile may have any level: light adds up."""
+
+    def _light(self, profile: NDArray[np.generic]) -> NDArray[np.float32]:
+        return profile.astype(np.float32) @ pixels_light(len(profile), self.blur_px)
+
+
+def phase_captures(gamma: float) -> Captures:
+    """Captures of the phase method by a projector of that response."""
+    frames = plan_frames(WIDTH, HEIGHT, method="phase")
+    wall = GrayWall()
+    return {f.name: wall.capture(LightFrame(f.name, f.axis, f.profile.astype(np.float32) ** gamma)) for f in frames}
+
+
+@pytest.mark.parametrize("gamma", [1.0, 2.2])
+def test_phases_are_exact_whatever_the_response(gamma: float) -> None:
+    wall = Wall()
+    decoded = decode(phase_captures(gamma).__getitem__, WIDTH, HEIGHT, method="phase")
+    inside = wall.inside(6.0)
+    assert np.all(decoded.reason[inside] == 0)
+    # 8 shifts leave nothing of harmonics 2 to 6 that a response makes
+    error = (decoded.projector_xy - wall.centres)[inside]
+    assert np.sqrt(np.mean(error**2)) < 1e-3
+
+    def harmonic(k: int) -> float:  # of a sinusoid's steps: pixel box, Gaussian blur, and the camera's box
+        return float(np.exp(-2.0 * (math.pi * wall.blur_px * k / 16.0) ** 2) * np.sinc(k / 16.0) * np.sinc(k / 32.0))
+
+    expected = 16.0 / (2.0 * math.pi) * (harmonic(15) - harmonic(17)) / harmonic(1)
+    assert decoded.ripple_px == pytest.approx((expected, expected), rel=0.06)  # as for lines
+
+
+def test_phases_out_of_order_are_named() -> None:
+    captures = phase_captures(1.0)
+    exchanged = read(captures, phase_y_3=captures["phase-y-5"], phase_y_5=captures["phase-y-3"])
+    with pytest.raises(CalibrationError, match="phase-y-3 shows phase-y-5, phase-y-5 shows phase-y-3"):
+        decode(exchanged, WIDTH, HEIGHT, method="phase")
+
+
 # --- captures that are not what they should be ----------------------------------------------------------------------
 
 
@@ -429,10 +511,11 @@ def test_adding_pairs_and_lines_is_binary_and_fourier() -> None:
     assert np.all(doubt == 3)
 
     lines = rng.integers(0, 60000, (8, *shape)).astype(np.uint16)
-    wave, total, clipped = np.zeros((2, *shape), np.float32), np.zeros(shape, np.float32), np.zeros(shape, bool)
+    wave, total, clipped = np.zeros((4, *shape), np.float32), np.zeros(shape, np.float32), np.zeros(shape, bool)
     for k, line in enumerate(lines):
         kernels.add_line(line, math.cos(math.pi * k / 4), math.sin(math.pi * k / 4), 50000, wave, total, clipped)
     first = np.conj(np.fft.fft(lines, axis=0)[1])
+    assert np.allclose(wave[2] + 1j * wave[3], np.conj(np.fft.fft(lines, axis=0)[2]), atol=0.05)
     assert np.allclose(wave[0] + 1j * wave[1], first, atol=0.05)  # float32 sums of eight values up to 60000
     assert np.array_equal(total, np.sum(lines, axis=0))
     assert np.array_equal(clipped, np.any(lines >= 50000, axis=0))

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
-from paxel_runtime.clustering import OUTSIDE, cluster, cluster_colors, label_picture, lloyd
+from paxel_runtime.clustering import OUTSIDE, cluster, cluster_colors, label_detail, label_picture, lloyd
+from paxel_runtime.clustering.kernels import label_by_light
+from paxel_runtime.clustering.mixtures import make_mixture_labels, names_of_clusters
 from paxel_runtime.errors import CalibrationError, InputError
 from paxel_runtime.model.colorimetry import D65_XYZ, Lab_to_XYZ, XYZ_to_Lab
 
@@ -43,12 +45,88 @@ def _bw_nodal(coverage: NDArray[np.float64], noise: float = 0.01, seed: int = 0)
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_the_centres_are_a_fixed_point_of_scipys_kmeans(count: int) -> None:
     nodal = _bw_nodal(_coverage(1))
-    result = cluster(nodal, np.ones(nodal.shape[:2], bool), BW, count, WHITE)
+    result = cluster(nodal, np.ones(nodal.shape[:2], bool), BW, count, WHITE, boundary="nearest")
     Lab = XYZ_to_Lab(nodal.reshape(-1, 3).astype(np.float64), WHITE)
     centres, labels = kmeans2(Lab, result.centres_Lab.copy(), iter=1, minit="matrix", missing="raise")
     # All pixels are in the sample; both sums differ by rounding only.
     np.testing.assert_allclose(centres, result.centres_Lab, atol=1e-9)
     assert np.array_equal(labels, result.labels.ravel())
+
+
+def test_the_boundary_moves_labels_and_not_centres() -> None:
+    coverage = _coverage(1)
+    nodal, valid = _bw_nodal(coverage, noise=0.0), np.ones(coverage.shape, bool)
+    light, nearest = (cluster(nodal, valid, BW, 2, WHITE, boundary=boundary) for boundary in ("light", "nearest"))
+    assert np.array_equal(light.centres_Lab, nearest.centres_Lab)
+    # Without blur: half-way in light between the centres, and half-way in L*, which is at a fifth of the light.
+    Y = Lab_to_XYZ(light.centres_Lab, WHITE)[:, 1]
+    light_at = ((0.03 + 0.97 * coverage) - Y[0]) / (Y[1] - Y[0])
+    assert np.array_equal(light.labels == 1, light_at > 0.5)
+    assert nearest.labels[(light_at > 0.3) & (light_at < 0.45)].min() == 1
+
+
+@pytest.mark.parametrize("perceptual", [True, False])
+def test_the_kernel_finds_the_nearest_mixture_as_a_search_does(perceptual: bool) -> None:
+    rng = np.random.default_rng(0)
+    colorants = np.array(list(CMYRGB.values()))
+    XYZ = (rng.dirichlet(np.full(6, 0.3), (20, 30)) @ colorants * rng.normal(1, 0.05, (20, 30, 1))).astype(np.float32)
+    mixtures = make_mixture_labels(6, [(0, 3, 0.4)])
+    centres_Lab = XYZ_to_Lab(np.vstack([colorants, 0.6 * colorants[0] + 0.4 * colorants[3]]), WHITE)
+    labels, sizes, squares, shares, halves = label_by_light(
+        XYZ, np.ones(XYZ.shape[:2], bool), WHITE, colorants, mixtures.pairs, mixtures.bounds, mixtures.labels,
+        centres_Lab, perceptual, False,
+    )  # fmt: skip
+    t = np.linspace(0, 1, 401)[:, None]
+    step = 1e-4 * WHITE
+    for row, column in np.ndindex(*XYZ.shape[:2]):
+        pixel = XYZ[row, column].astype(np.float64)
+        to_Lab = np.array([(XYZ_to_Lab(pixel + d, WHITE) - XYZ_to_Lab(pixel - d, WHITE)) / 2e-4 for d in np.diag(step)])
+        metric = to_Lab if perceptual else np.eye(3)
+        away, found, slack = [], [], []
+        for (p, q), bounds, pair_labels in zip(mixtures.pairs, mixtures.bounds, mixtures.labels, strict=True):
+            points = ((1 - t) * colorants[p] + t * colorants[q] - pixel) / WHITE @ metric
+            away.append(np.linalg.norm(points, axis=1))
+            found.append(pair_labels[np.sum(t > bounds, axis=1)])
+            slack.append(np.full(len(t), np.linalg.norm(points[-1] - points[0]) / 400))
+        # The search's step is 1/400 of a pair: what lies nearer to the best than that may be either.
+        near = np.array(found)[np.array(away) <= np.min(away) + np.array(slack)]
+        assert labels[row, column] in near
+    assert sizes.sum() == labels.size
+    assert shares.sum() == pytest.approx(labels.size)
+    assert np.all(halves <= labels.size)
+    own = XYZ_to_Lab(XYZ.astype(np.float64), WHITE) - centres_Lab[labels]
+    assert squares.sum() == pytest.approx(np.sum(own**2), rel=1e-9)  # 3e-14 in the kernel's cube root
+
+
+def test_edge_clusters_divide_their_pair_half_way() -> None:
+    edges = [(0, 1, 0.3), (0, 1, 0.8), (1, 2, 0.5)]
+    mixtures = make_mixture_labels(3, edges)
+    assert names_of_clusters("abc", edges) == ("a", "b", "c", "a+b", "a+b-2", "b+c")
+    np.testing.assert_allclose(mixtures.bounds[0], [0.15, 0.55, 0.9])
+    assert mixtures.labels[0].tolist() == [0, 3, 4, 1]
+    assert mixtures.bounds[1].tolist() == [0.5, np.inf, np.inf]
+    assert mixtures.labels[2, :3].tolist() == [1, 5, 2]
+
+
+def test_linear_space_is_kmeans_on_light() -> None:
+    coverage = _coverage(1)
+    nodal = _bw_nodal(coverage)
+    result = cluster(nodal, np.ones(coverage.shape, bool), BW, 3, WHITE, space="linear")
+    ratio = nodal.reshape(-1, 3).astype(np.float64) / WHITE
+    centres = Lab_to_XYZ(result.centres_Lab, WHITE) / WHITE
+    again, labels = kmeans2(ratio, centres.copy(), iter=1, minit="matrix", missing="raise")
+    np.testing.assert_allclose(again, centres, atol=1e-9)  # rounding of Lab and back
+    # Grain moves a pixel off the line between black and white: the two rules differ at the boundary only.
+    assert np.mean(labels == result.labels.ravel()) > 0.999
+
+
+def test_purity_is_the_share_of_the_colorants_in_a_cluster() -> None:
+    coverage = _coverage(2)
+    result = cluster(_bw_nodal(coverage), np.ones(coverage.shape, bool), BW, 3, WHITE)
+    np.testing.assert_allclose(result.purity.sum(axis=1), 1.0, atol=1e-12)
+    true = np.array([coverage[result.labels == k].mean() for k in range(3)])
+    # Shares are told between the centres, which are themselves some percent mixed.
+    np.testing.assert_allclose(result.purity[:, 1], true, atol=0.05)
 
 
 def test_lloyd_takes_the_way_of_scipys_kmeans() -> None:
@@ -164,5 +242,15 @@ def test_the_map_is_coded_as_fig_3_and_by_the_colorants_else() -> None:
     assert int(np.argmax(red)) == 0
     assert int(np.argmax(green)) == 1
     np.testing.assert_allclose(edge, (red + green) / 2, atol=1)  # whole codes
+    named = cluster_colors(("ink-2", "ink", "ink+ink-2", "ink+ink-2-2"))  # a colorant may end in a number too
+    assert np.array_equal(named[2], named[3])
     with pytest.raises(InputError, match="below 2"):
         label_picture(labels, ("black", "white"))
+
+
+def test_the_detail_is_the_middle_enlarged() -> None:
+    labels = np.random.default_rng(0).integers(0, 2, (50, 70)).astype(np.uint8)
+    detail = label_detail(labels, ("black", "white"), size=(10, 6), zoom=3)
+    assert detail.shape == (18, 30, 3)
+    assert np.array_equal(detail[::3, ::3], label_picture(labels, ("black", "white"))[22:28, 30:40])
+    assert label_detail(labels, ("black", "white"), zoom=1).shape == (50, 70, 3)

@@ -1,0 +1,104 @@
+"""Exact sub-gamuts that ask the other surface for grays, for one colour, or for the complement (design: section 8).
+
+Each is a `Polytope` of colours of one surface: linear conditions on the joint gamut. What each effect means stands in
+``paxel_runtime.model.effects``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from paxel_design.gamut.joint import JointGamut
+from paxel_design.gamut.polytopes import Polytope, polytope
+from paxel_design.gamut.shadows import shadow_of_body, shadow_of_line
+from paxel_design.gamut.tolerances import ball_about, balls_along_grays, tube_about_grays
+from paxel_runtime.model.prediction import SurfaceModel
+from paxel_runtime.model.subgamut import SURFACES
+
+__all__ = ["changing_to_gray", "changing_to_one_colour", "fully_changing", "gray_relation"]
+
+
+def changing_to_one_colour(
+    joint: JointGamut, Lab: NDArray[np.float64], XYZ: NDArray[np.float64], tolerance: float, shown_on: str
+) -> Polytope:
+    """Colours of `shown_on` that go with one colour, (3,) `Lab` = `XYZ`, or with one within `tolerance` (dE00) of it.
+
+    Raises
+    ------
+    GamutError
+        If there are none, or too few to have a volume.
+    """
+    if not tolerance:
+        return joint.section(XYZ, shown_on)
+    own, other = _own_and_other(joint, shown_on)
+    return shadow_of_body(own, other, ball_about(Lab, tolerance, joint.model.white_point))
+
+
+def changing_to_gray(joint: JointGamut, lightness: str, tolerance: float, shown_on: str) -> Polytope:
+    """Colours of `shown_on` that can turn gray on the other surface.
+
+    Parameters
+    ----------
+    joint : JointGamut
+    lightness : {"free", "relative", "same"}
+    tolerance : float
+        In dE00.
+    shown_on : {"pattern", "white"}
+
+    Raises
+    ------
+    GamutError
+        If there are none, or too few to have a volume.
+    """
+    own, other = _own_and_other(joint, shown_on)
+    white_point = joint.model.white_point
+    slope, base = gray_relation(joint, shown_on) if lightness == "relative" else (1.0, 0.0)
+    if tolerance:
+        brightest = max(float(other.black[1] + np.maximum(other.A[1], 0).sum()), 0.0)
+        Y = (0.0, 1.1 * brightest)
+        if lightness == "free":
+            return shadow_of_body(own, other, tube_about_grays(Y, tolerance, white_point))
+        body, place = balls_along_grays(Y, tolerance, white_point)
+        return shadow_of_body(own, other, body, (place, slope, base))
+    normals = joint.rows_of(shown_on)
+    if lightness == "free":
+        return shadow_of_line(normals, joint.offsets, np.zeros(3), white_point)
+    # The gray's luminance is slope * Y + base of the colour's own: linear, so the section stays a polytope.
+    on_gray = normals[:, 3:] @ white_point
+    rows = normals[:, :3] + slope * on_gray[:, None] * np.array([0.0, 1.0, 0.0])
+    return polytope(rows, joint.offsets - base * on_gray)
+
+
+def gray_relation(joint: JointGamut, shown_on: str) -> tuple[float, float]:
+    """(slope, base) of the luminance of the other surface over that of `shown_on`: black to black, white to white."""
+    own, other = _own_and_other(joint, shown_on)
+    slope = float(other.A[1].sum() / own.A[1].sum())
+    return slope, float(other.black[1] - slope * own.black[1])
+
+
+def fully_changing(
+    joint: JointGamut, black: NDArray[np.float64], white: NDArray[np.float64], shown_on: str
+) -> Polytope:
+    """Colours of `shown_on` that go with `black`, with `white` (XYZ of the other surface), and with their complement.
+
+    The complement's light and the colour's own add up to some gray: a linear condition, and the opposite hue in CIELAB
+    for small chroma (up to 20 degrees off at chroma 40, as CIELAB bends straight lines through gray).
+
+    Raises
+    ------
+    GamutError
+        If there are none, or too few to have a volume.
+    """
+    normals = joint.rows_of(shown_on)
+    reachable = joint.erode(np.stack((black, white)), shown_on)
+    mixed = np.column_stack((normals[:, :3] - normals[:, 3:], normals[:, 3:]))
+    opposite = shadow_of_line(mixed, joint.offsets, np.zeros(3), joint.model.white_point)
+    return polytope(
+        np.concatenate((reachable.normals, opposite.normals)), np.concatenate((reachable.offsets, opposite.offsets))
+    )
+
+
+def _own_and_other(joint: JointGamut, shown_on: str) -> tuple[SurfaceModel, SurfaceModel]:
+    surfaces = joint.model.surfaces
+    return surfaces[shown_on], surfaces[SURFACES[1 - SURFACES.index(shown_on)]]

@@ -1,0 +1,146 @@
+"""Shadows of convex sets: the colours p of which *some* partner in a set goes with p, as polytopes.
+
+Two ways, both exact. Where the partner moves on a straight line, the pairs (p, place on the line) are a polytope in
+four dimensions whose corners are dropped onto p. Where it moves in a convex body given by points, the corners of the
+shadow are found as the farthest colours in ever more directions, each a small linear programme over inputs, until
+every facet of their hull is proven.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from paxel_design.gamut.boxed_lp import INFEASIBLE, OPTIMAL, maximise
+from paxel_design.gamut.polytopes import Polytope, polytope, polytope_of_points
+from paxel_runtime.errors import GamutError
+from paxel_runtime.model.prediction import SurfaceModel
+
+__all__ = ["shadow_of_body", "shadow_of_line"]
+
+_PROVEN = 1e-5
+"""How far beyond a facet the farthest colour may lie, XYZ with Y = 1."""
+
+_MOST_CORNERS = 20_000
+
+
+def shadow_of_line(
+    normals: NDArray[np.float64], offsets: NDArray[np.float64], origin: NDArray[np.float64], along: NDArray[np.float64]
+) -> Polytope:
+    """{p : (p, origin + M p + t along) in the set for some t}, with M and the set in one matrix of rows.
+
+    Parameters
+    ----------
+    normals : (m, 6) float64 array
+        Rows over (p, partner); p's part already holds what M adds.
+    offsets : (m,) float64 array
+    origin, along : (3,) float64 arrays
+
+    Raises
+    ------
+    GamutError
+        If the set is empty or flat.
+    """
+    rows = np.column_stack((normals[:, :3], normals[:, 3:] @ along))
+    return polytope_of_points(polytope(rows, offsets - normals[:, 3:] @ origin).vertices[:, :3])
+
+
+def shadow_of_body(
+    own: SurfaceModel,
+    other: SurfaceModel,
+    body: NDArray[np.float64],
+    tie: tuple[NDArray[np.float64], float, float] | None = None,
+) -> Polytope:
+    """Colours of surface `own` whose partner can lie in the convex hull of `body` on surface `other`.
+
+    Parameters
+    ----------
+    own, other : SurfaceModel
+        Of the same inputs.
+    body : (v, 3) float64 array
+        XYZ.
+    tie : (place (v,), slope, base), optional
+        Ties the partner to the colour's luminance: the same mixture of `body` that makes the partner must make
+        ``slope * Y + base`` of `place`.
+
+    Raises
+    ------
+    GamutError
+        If the set is empty or flat, or its corners are not found.
+    """
+    n, v = own.A.shape[1], len(body)
+    # Inputs x and shares of the body's points; rows: partner, sum of the shares, tie.
+    columns = np.zeros((4 if tie is None else 5, n + v))
+    columns[:3, :n], columns[:3, n:], columns[3, n:] = other.A, -body.T, 1.0
+    rhs = np.append(-other.black, 1.0)
+    if tie is not None:
+        place, slope, base = tie
+        columns[4, :n], columns[4, n:] = slope * own.A[1], -place
+        rhs = np.append(rhs, -base - slope * own.black[1])
+
+    def farthest(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+        cost = np.concatenate((directions @ own.A, np.zeros((len(directions), v))), axis=1)
+        x, status = _maximise_each(columns, rhs, cost, n)
+        if status == INFEASIBLE:
+            raise GamutError("the set is empty")
+        if status != OPTIMAL:
+            raise GamutError("the corners of a set were not found: its inputs depend on each other")
+        return x @ own.A.T + own.black
+
+    return _hull_of_farthest(farthest)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _maximise_each(
+    columns: NDArray[np.float64], rhs: NDArray[np.float64], cost: NDArray[np.float64], n: int
+) -> tuple[NDArray[np.float64], int]:
+    """First n variables of the best point for each row of `cost`, all variables within 0..1."""
+    r, m = columns.shape
+    lower, upper, v = np.zeros(m), np.ones(m), np.empty(m)
+    basis = np.full(r, -1)
+    x = np.empty((len(cost), n))
+    for i in range(len(cost)):
+        status = maximise(columns, rhs, cost[i], lower, upper, basis, v)
+        if status != OPTIMAL:
+            basis[0] = -1
+            status = maximise(columns, rhs, cost[i], lower, upper, basis, v)
+            if status != OPTIMAL:
+                return x, status
+        x[i] = v[:n]
+    return x, OPTIMAL
+
+
+def _hull_of_farthest(farthest: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Polytope:
+    """The polytope whose farthest points `farthest` finds: (k, 3) directions -> (k, 3) points."""
+    compass = np.array(
+        [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) != (0, 0, 0)]
+    )
+    first = farthest(compass.astype(np.float64))
+    centre = first.mean(axis=0)
+    _, spread, Vt = np.linalg.svd(first - centre, full_matrices=False)
+    if spread[-1] < 1e-8:
+        raise GamutError("the set is flat: it has no volume")
+    # In round coordinates, so that a thin set keeps its digits.
+    to_round = Vt / (spread / np.sqrt(len(first)))[:, None]
+    points = _distinct((first - centre) @ to_round.T)
+    proven: set[tuple[float, ...]] = set()
+    while len(points) < _MOST_CORNERS:
+        equations = np.unique(np.round(ConvexHull(points).equations, 10), axis=0)
+        asked = np.array([e for e in equations if tuple(e) not in proven]).reshape(-1, 4)
+        if not len(asked):
+            return polytope_of_points(np.linalg.solve(to_round, points[ConvexHull(points).vertices].T).T + centre)
+        proven.update(tuple(e) for e in asked)
+        found = (farthest(asked[:, :3] @ to_round) - centre) @ to_round.T
+        beyond = np.einsum("ij,ij->i", found, asked[:, :3]) + asked[:, 3] > _PROVEN / spread[0]
+        if np.any(beyond):
+            points = _distinct(np.concatenate((points, found[beyond])))
+    raise GamutError(f"the corners of a set were not found: more than {_MOST_CORNERS}")
+
+
+def _distinct(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    _, first = np.unique(np.round(points, 9), axis=0, return_index=True)
+    return points[np.sort(first)]
