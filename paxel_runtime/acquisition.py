@@ -37,6 +37,7 @@ from paxel_runtime.exposures import (
 from paxel_runtime.honesty import plan_honesty
 from paxel_runtime.installation import Installation
 from paxel_runtime.measurements import append_measurement, read_measurements
+from paxel_runtime.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_linear_sRGB, linear_sRGB_to_XYZ, spectra_to_XYZ
 from paxel_runtime.model.pattern import Colorant
 from paxel_runtime.printed import printed_fiducials, printed_pattern
@@ -102,6 +103,7 @@ def plan_exposures(installation: Installation) -> list[Exposure]:
         extra=EXTRA_COUNT if settings.model.correction == "auto" else 0,
         ramps=settings.model.ramps,
     )
+    readings = at_positions(readings, settings.meter.positions, settings.clusters.count)
     width, height = settings.projector.resolution
     shorter_mm = settings.projector.width_mm * min(1.0, height / width)
     honesty = plan_honesty(channels, "white", bits=bits, spot_share=settings.meter.aperture_mm / shorter_mm)
@@ -206,6 +208,8 @@ class _Session:
         self.total = total
         self.done = 0
         self.surface = ""
+        self.position: int | None = None  # of a session that goes on, nobody knows where the meter was left
+        self.positions_mm = meter_positions_mm(installation.settings)
         self.measurements = folder / "measurements.csv"
         self.measured = set(read_measurements(self.measurements))
 
@@ -233,6 +237,9 @@ class _Session:
 
     def _save(self, exposure: Exposure) -> None:
         if exposure.device == "meter":
+            if exposure.position != self.position:
+                self.devices.operator.aim(self.positions_mm[exposure.position])
+                self.position = exposure.position
             append_measurement(self.measurements, exposure.name, exposure.surface, self.devices.meter.measure())
             self.measured.add(exposure.name)
         else:

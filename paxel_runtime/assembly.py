@@ -16,7 +16,6 @@ from paxel_runtime.model.response import ProjectorResponse
 __all__ = ["assemble"]
 
 _OUTSIDE_P = {"black": 0.0, "white": 1.0}
-_TABLE_SIZE = 4097
 _ROWS_AT_ONCE = 256
 _SLACK = 1e-4
 """How far x may leave [0, 1] and still be rounding: below a tenth of a code of 10 bits."""
@@ -57,15 +56,16 @@ def assemble(
     """
     channels = len(response.code)
     clusters = _check(x, labels, channels, bits, outside)
-    grid = np.linspace(0.0, 1.0, _TABLE_SIZE)
-    tables = np.ascontiguousarray(response.x_to_P(np.repeat(grid[:, None], channels, axis=1)).T)
+    x_points, P_points = response.inverse_tables
     full = 2**bits - 1
     codes = np.full((*labels.shape, channels), round(_OUTSIDE_P[outside] * full), np.uint8 if bits <= 8 else np.uint16)
     bad = 0
     for row in range(0, len(labels), _ROWS_AT_ONCE):
         tile = slice(row, row + _ROWS_AT_ONCE)
         x_tile = np.ascontiguousarray(x[tile], np.float32)
-        bad += int(_assemble_rows(x_tile, np.ascontiguousarray(labels[tile]), tables, full, clusters, codes[tile]))
+        bad += int(
+            _assemble_rows(x_tile, np.ascontiguousarray(labels[tile]), x_points, P_points, full, clusters, codes[tile])
+        )
     if bad:
         raise InputError(f"x must be numbers in 0..1 inside the pattern, got {bad} that are not: was it inverted?")
     return codes
@@ -91,18 +91,35 @@ def _check(x: NDArray[np.float32], labels: NDArray[np.uint8], channels: int, bit
     return clusters
 
 
+@njit(cache=True, error_model="numpy")
+def _interpolate(x: float, x_points: NDArray[np.float64], P_points: NDArray[np.float64]) -> float:
+    """P at x by bisection, as the inverse response has it: a table on a uniform grid of x is too coarse near black."""
+    low, high = 0, len(x_points) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if x_points[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    if not x_points[high] < np.inf:
+        return P_points[low]  # the end of a shorter table
+    t = min((x - x_points[low]) / (x_points[high] - x_points[low]), 1.0)
+    return P_points[low] + t * (P_points[high] - P_points[low])
+
+
 @njit(cache=True, parallel=True, error_model="numpy")
 def _assemble_rows(
     x: NDArray[np.float32],
     labels: NDArray[np.uint8],
-    tables: NDArray[np.float64],
+    x_points: NDArray[np.float64],
+    P_points: NDArray[np.float64],
     full: int,
     clusters: int,
     codes: NDArray[np.unsignedinteger],
 ) -> int:
     """Fill `codes` where `labels` names a cluster; returns how many inputs were no intensities."""
     height, width = labels.shape
-    channels, last = tables.shape[0], tables.shape[1] - 1
+    channels = x_points.shape[0]
     bad = 0
     for row in prange(height):
         for column in range(width):
@@ -114,8 +131,6 @@ def _assemble_rows(
                 if not (value >= -_SLACK and value <= 1.0 + _SLACK):  # also true of NaN
                     bad += 1
                     continue
-                position = min(max(value, 0.0), 1.0) * last
-                i = min(int(position), last - 1)
-                P = tables[j, i] + (position - i) * (tables[j, i + 1] - tables[j, i])
+                P = _interpolate(min(max(value, 0.0), 1.0), x_points[j], P_points[j])
                 codes[row, column, j] = int(P * full + 0.5)
     return bad

@@ -24,8 +24,10 @@ from paxel_runtime.calibration import (
     fit_model,
     image_fields,
     kernel_sigma_px,
+    moved_to_mean,
     nodal_to_linear_sRGB,
     noise_floor,
+    position_spread,
     prediction_error,
     spot_of_meter,
 )
@@ -35,6 +37,7 @@ from paxel_runtime.clustering import label_detail, label_picture
 from paxel_runtime.exposures import guide_channel
 from paxel_runtime.honesty import honesty_figures, judge
 from paxel_runtime.installation import Installation
+from paxel_runtime.meter_positions import meter_positions_mm
 from paxel_runtime.model.cam16 import CAM16_UCS_difference
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, linear_sRGB_to_sRGB, observer
 from paxel_runtime.model.prediction import PredictionModel
@@ -80,9 +83,12 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
     progress("fit the model")
     fits = {count: _fit(captures, installation, count) for count in captures.labels}
     model, fitted = fits.pop(K), None
+    centre = model
     if settings.model.correction == "auto":
         progress("fit the correction")
         model, fitted = correct_model(model, captures.readings, captures.plan, linear_only=image_based)
+    if settings.meter.positions > 1 and not image_based:  # pictures tell themselves how the field differs
+        model = moved_to_mean(model, centre, _fit(captures, installation, K, everywhere=True))
     images, conversion, measured_white = _images(installation, captures, model), None, model.white_point
     if image_based:
         progress("relate the camera to XYZ")
@@ -138,6 +144,9 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
                 "field_ratios": ratios,
                 "honesty": honesty_figures(findings),
                 "drift": drift,
+                "positions": position_spread(
+                    captures.readings, captures.plan, model.channels, K, meter_positions_mm(settings)
+                ),
                 "readings_from": str(readings_file) if readings_file else "captures/measurements.csv",
                 "warnings": [text for text in [aperture] if text],
             },
@@ -145,12 +154,15 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
     return accuracy
 
 
-def _fit(captures: CaptureFolder, installation: Installation, count: int) -> PredictionModel:
+def _fit(
+    captures: CaptureFolder, installation: Installation, count: int, *, everywhere: bool = False
+) -> PredictionModel:
+    """The linear model of one K, of the centre or of all positions of the meter."""
     names = tuple(captures.facts["clusters"][str(count)]["names"])
     folder = installation.folder("captures")
     return fit_model(
         captures.readings,
-        captures.plan,
+        [e for e in captures.plan if everywhere or e.position == 0],
         installation.settings.projector.channels,
         names,
         curve=installation.settings.model.response,

@@ -5,12 +5,15 @@ Pure data, as the plan of exposures that it extends; what the readings tell stan
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import groupby
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from paxel_runtime.exposures import Exposure
+
+if TYPE_CHECKING:
+    from paxel_runtime.settings import Settings
 
 __all__ = ["Positions", "at_position", "at_positions", "meter_positions_mm"]
 
@@ -21,22 +24,15 @@ _AROUND = ((-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0))
 _DIRECTIONS: dict[Positions, tuple[tuple[int, int], ...]] = {1: (), 5: _CORNERS, 9: _AROUND}
 
 
-def meter_positions_mm(
-    count: Positions, pattern_mm: Sequence[float], projection_mm: Sequence[float]
-) -> list[tuple[float, float]]:
-    """Middle of the spot at each position, mm from the centre of the field, +x right, +y up.
+def meter_positions_mm(settings: Settings) -> list[tuple[float, float]]:
+    """Middle of the spot at each position, mm from the centre of the projection, +x right, +y up.
 
     The centre comes first, the others clockwise from the top left, half way from the centre to the field's rim: of 5
-    those towards the corners, of 9 those towards the middles of the sides too (3 x 3).
-
-    Parameters
-    ----------
-    count : 1, 5 or 9
-    pattern_mm, projection_mm : (2,) sequence of float
-        Width and height; the field is as wide as the narrower and as high as the lower of both.
+    those towards the corners, of 9 those towards the middles of the sides too (3 x 3). The field is as wide as the
+    narrower and as high as the lower of pattern and projection.
     """
-    x, y = (min(sides) / 4 for sides in zip(pattern_mm, projection_mm, strict=True))
-    return [(0.0, 0.0), *((right * x, up * y) for right, up in _DIRECTIONS[count])]
+    x, y = (side / 4 for side in settings.field_mm)
+    return [(0.0, 0.0), *((right * x, up * y) for right, up in _DIRECTIONS[settings.meter.positions])]
 
 
 def at_position(name: str, position: int) -> str:

@@ -24,6 +24,7 @@ from paxel_runtime.errors import CalibrationError, DeviceError, InputError
 from paxel_runtime.exposures import Exposure, frame_codes, guide_channel
 from paxel_runtime.frame_files import write_frame
 from paxel_runtime.installation import Installation
+from paxel_runtime.meter_positions import meter_positions_mm
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.readings import load_readings, match_to_plan
 from paxel_runtime.storage import read_json, read_tiff, write_json, write_text, write_tiff
@@ -89,6 +90,7 @@ class FolderSession:
     ) -> None:
         self.projector = installation.settings.projector
         self.guide = guide_channel(self.projector.channels)
+        self.positions_mm = meter_positions_mm(installation.settings)
         self.devices = devices
         self.folder = folder
         self.progress = progress
@@ -113,7 +115,9 @@ class FolderSession:
             pictures = [exposure for exposure in there if exposure.device == "camera"]
             self.done += sum(self._is_saved(exposure) for exposure in pictures)
             self._take_pictures(surface, pictures)
-            self._await_readings(surface, [exposure for exposure in there if exposure.device == "meter"])
+            readings = [exposure for exposure in there if exposure.device == "meter"]
+            for position, here in groupby(readings, key=lambda exposure: exposure.position):
+                self._await_readings(surface, position, list(here))
 
     def _is_saved(self, exposure: Exposure) -> bool:
         return (self.folder / f"{exposure.name}.tif").is_file()
@@ -273,8 +277,8 @@ class FolderSession:
 
     # --- readings -------------------------------------------------------------------------------------------------
 
-    def _await_readings(self, surface: str, readings: Sequence[Exposure]) -> None:
-        """Wait until measurements.csv holds every reading of a surface."""
+    def _await_readings(self, surface: str, position: int, readings: Sequence[Exposure]) -> None:
+        """Wait until measurements.csv holds every reading of one position on a surface."""
         path = self.folder / "measurements.csv"
         told = 0
         while True:
@@ -284,7 +288,7 @@ class FolderSession:
             if not missing:
                 break
             if len(missing) != told:
-                self._tell_what_to_measure(surface, missing, path, first=not told)
+                self._tell_what_to_measure(surface, position, missing, path, first=not told)
                 told = len(missing)
             wait_for(
                 lambda stamp=stamp: True if _stamp(path) != stamp else None,  # type: ignore[misc]
@@ -302,7 +306,9 @@ class FolderSession:
             self.devices.tell(f"{error}. Waiting for it to be mended")
             return {}
 
-    def _tell_what_to_measure(self, surface: str, missing: Sequence[Exposure], path: Path, *, first: bool) -> None:
+    def _tell_what_to_measure(
+        self, surface: str, position: int, missing: Sequence[Exposure], path: Path, *, first: bool
+    ) -> None:
         """Say what to measure next, at first with how; the list of all that is missing is kept up to date."""
         if not path.exists():
             write_text(path, ",".join(["exposure", "surface", *(f"{w:g}" for w in WAVELENGTHS_NM)]) + "\n")
@@ -314,9 +320,24 @@ class FolderSession:
             self.devices.tell(f"{len(missing)} readings left: {what}")
             return
         self.devices.tell(
-            f"{len(missing)} readings of the {_SURFACES[surface]} to take: {what}\n"
+            f"{len(missing)} readings of the {_SURFACES[surface]} to take: {what}\n{self._where(position)}"
             f"  with its spectrum ({WAVELENGTHS_NM[0]:g} to {WAVELENGTHS_NM[-1]:g} nm, {len(WAVELENGTHS_NM)} numbers) "
             f"to {path}\n  all that are missing stand in {self.folder / 'to-measure.csv'}"
+        )
+
+    def _where(self, position: int) -> str:
+        """Where the meter looks, as a line of a message; empty while it never moves."""
+        others = len(self.positions_mm) - 1
+        if not others:
+            return ""
+        if position == 0:
+            return "  the middle of the meter's spot lies at the centre of the projection\n"
+        x, y = self.positions_mm[position]
+        way = [f"{abs(x):.0f} mm to the {'left' if x < 0 else 'right'}"] if x else []
+        way += [f"{abs(y):.0f} mm {'down' if y < 0 else 'up'}"] if y else []
+        return (
+            f"  move the meter, position {position} of {others}: its spot lies {' and '.join(way)} from the "
+            "centre of the projection\n"
         )
 
 

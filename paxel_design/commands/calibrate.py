@@ -20,6 +20,8 @@ __all__ = ["calibrate"]
 _DRIFT_TOLD = 0.5
 """Percent of drift that is worth a line."""
 
+_SPREADS = ("as_read", "local_white")
+
 
 def calibrate(
     dir: Dir,
@@ -68,9 +70,29 @@ def _told(dir: Path) -> list[str]:
                 f"the light drifted by {drift['range_percent']:.1f} % during the readings on {surface}"
                 + (f"; {after}" if drift["corrected"] else "; it follows no line, and is left as it is")
             )
+    if spread := _spread(record.get("positions", {})):
+        lines += spread
+        if installation.settings.model.kind == "spectral":
+            lines.append("  the model is that of their mean; its errors above are those of readings at the centre")
     clusters = record["clusters"][K]
     if clusters.get("suggested_count", int(K)) != int(K):
         lines.append(f"clusters.count: {clusters['suggested_count']} is suggested, not {K}: {clusters['reason']}")
     if check := record.get("cross_check", {}).get(K):
         lines.append(f"clusters of the design agree with k-means in {check['agreement']:.1%} of the pixels")
+    return lines
+
+
+def _spread(positions: dict[str, Any]) -> list[str]:
+    """How far the positions of the meter lie apart, as a small table."""
+    if not positions:
+        return []
+    dimmest = min(positions["white_percent"])
+    lines = [
+        f"{len(positions['positions_mm'])} positions of the meter, full white down to {dimmest:.0f} % of the centre's; "
+        "dE00 of the clusters from their mean:",
+        f"  {'':8} {'as read':>13}  {'to the local white':>18}",
+    ]
+    for surface, spread in positions["surfaces"].items():
+        cells = [f"{spread[kind]['dE00_mean']:.2f}, max {spread[kind]['dE00_max']:.2f}" for kind in _SPREADS]
+        lines.append(f"  {surface:8} {cells[0]:>13}  {cells[1]:>18}")
     return lines

@@ -38,7 +38,9 @@ def gamut(
     lab: Annotated[
         tuple[float, float, float] | None, _option("Uniform colour of neutralize (50 0 0).", "--lab", metavar="L A B")
     ] = None,
-    tolerance: Annotated[float | None, _option("Of decolorize and neutralize, dE00 (0 = exact).")] = None,
+    tolerance: Annotated[
+        float | None, _option("Of neutralize, and of decolorize with lightness free, dE00 (0 = exact).")
+    ] = None,
     hue_area: Annotated[
         float | None, _option("Also the area of colours whose hue can turn by this angle, as hue-<angle>.json.")
     ] = None,

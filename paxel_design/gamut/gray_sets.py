@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from paxel_design.gamut.joint import JointGamut
 from paxel_design.gamut.polytopes import Polytope, polytope
 from paxel_design.gamut.shadows import shadow_of_body, shadow_of_line
-from paxel_design.gamut.tolerances import ball_about, balls_along_grays, tube_about_grays
+from paxel_design.gamut.tolerances import ball_about, tube_about_grays
 from paxel_runtime.model.prediction import SurfaceModel
 from paxel_runtime.model.subgamut import SURFACES
 
@@ -43,7 +43,7 @@ def changing_to_gray(joint: JointGamut, lightness: str, tolerance: float, shown_
     joint : JointGamut
     lightness : {"free", "relative", "same"}
     tolerance : float
-        In dE00.
+        In dE00, with lightness free.
     shown_on : {"pattern", "white"}
 
     Raises
@@ -53,17 +53,13 @@ def changing_to_gray(joint: JointGamut, lightness: str, tolerance: float, shown_
     """
     own, other = _own_and_other(joint, shown_on)
     white_point = joint.model.white_point
-    slope, base = gray_relation(joint, shown_on) if lightness == "relative" else (1.0, 0.0)
-    if tolerance:
+    if lightness == "free" and tolerance:
         brightest = max(float(other.black[1] + np.maximum(other.A[1], 0).sum()), 0.0)
-        Y = (0.0, 1.1 * brightest)
-        if lightness == "free":
-            return shadow_of_body(own, other, tube_about_grays(Y, tolerance, white_point))
-        body, place = balls_along_grays(Y, tolerance, white_point)
-        return shadow_of_body(own, other, body, (place, slope, base))
+        return shadow_of_body(own, other, tube_about_grays(1.1 * brightest, tolerance, white_point))
     normals = joint.rows_of(shown_on)
     if lightness == "free":
         return shadow_of_line(normals, joint.offsets, np.zeros(3), white_point)
+    slope, base = gray_relation(joint, shown_on) if lightness == "relative" else (1.0, 0.0)
     # The gray's luminance is slope * Y + base of the colour's own: linear, so the section stays a polytope.
     on_gray = normals[:, 3:] @ white_point
     rows = normals[:, :3] + slope * on_gray[:, None] * np.array([0.0, 1.0, 0.0])
@@ -82,8 +78,9 @@ def fully_changing(
 ) -> Polytope:
     """Colours of `shown_on` that go with `black`, with `white` (XYZ of the other surface), and with their complement.
 
-    The complement's light and the colour's own add up to some gray: a linear condition, and the opposite hue in CIELAB
-    for small chroma (up to 20 degrees off at chroma 40, as CIELAB bends straight lines through gray).
+    The complement's light and the colour's own add up to some gray: a linear condition. In CIELAB, which bends straight
+    lines through gray, that is the opposite hue but for at most the arcsine of half the sum of the colour's relative
+    differences from gray in X and Z: 3 degrees for 5 % of each.
 
     Raises
     ------

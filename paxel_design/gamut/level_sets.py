@@ -141,7 +141,12 @@ def _continued(full: SubGamut, margins: Margins) -> Margins:
         for i in range(0, len(XYZ), 65536):
             ray = XYZ[i : i + 65536] - middle
             reach = np.max(ray @ full.normals.T / room, axis=1, initial=0.0)
-            values[i : i + 65536] = margins(middle + ray / np.maximum(reach * (1 + _PULL), 1.0)[:, None])
+            reach = np.maximum(reach * (1 + _PULL), 1.0)[:, None]
+            on = margins(middle + ray / reach)
+            beyond = np.flatnonzero(reach[:, 0] > 1)
+            # Straight on beyond the surface: twice the value on it less that as deep inside as the colour is outside.
+            on[beyond] = 2 * on[beyond] - margins(middle + (ray / reach * (2 - reach).clip(0.5))[beyond])
+            values[i : i + 65536] = on
         return values
 
     return continued

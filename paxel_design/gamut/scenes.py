@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from paxel_design.gamut.mesh_files import display_colors
 from paxel_design.gamut.meshes import GamutMesh
@@ -22,7 +23,8 @@ __all__ = ["SceneBody", "write_scene"]
 _PALETTE = ("#7f7f7f", "#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#17becf", "#bcbd22")
 """Colours of overlaid bodies in turn; the first, a full gamut's, is gray."""
 
-_AXES_COLOR = "#404040"
+_AXES_COLOR = "#303030"
+_GRID_COLOR = "#c0c0c0"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +72,15 @@ def write_scene(
         order = sorted(bodies, key=lambda body: -body.mesh.mesh_volume)
         for k, body in enumerate(order):
             _add_body(plotter, body, _PALETTE[k % len(_PALETTE)], alone=len(bodies) == 1, glassy=k + 1 < len(order))
-        _add_axes(plotter, bodies)
+        direction = _towards_viewer(azimuth_deg)
+        plotter.set_background("white")
+        _add_axes(plotter, bodies, direction)
         labels = [[body.label, body.color or _PALETTE[k % len(_PALETTE)]] for k, body in enumerate(order) if body.label]
         if labels and len(bodies) > 1:
             height = 0.035 * len(labels)
             plotter.add_legend(labels, bcolor="white", size=(0.28, height), loc="upper left", face="rectangle")
-        _place_camera(plotter, azimuth_deg)
+        plotter.view_vector(direction, viewup=(0, 0, 1))
+        plotter.camera.zoom(1.1)
         plotter.screenshot(str(path))
     except RuntimeError as error:
         raise GamutError(f"{path.name}: the picture could not be drawn: {error}") from error
@@ -112,7 +117,7 @@ def _add_body(plotter: Any, body: SceneBody, color: str, *, alone: bool, glassy:
     if alone and body.color is None:
         surface["rgb"] = display_colors(body.mesh)
         look = {"scalars": "rgb", "rgb": True}
-    plotter.add_mesh(
+    actor = plotter.add_mesh(
         surface,
         opacity=0.3 if glassy else 1.0,
         smooth_shading=True,
@@ -123,6 +128,10 @@ def _add_body(plotter: Any, body: SceneBody, color: str, *, alone: bool, glassy:
         show_scalar_bar=False,
         **look,
     )
+    if not glassy:
+        # Where bodies share a face the glassy one is drawn, everywhere: else the two alternate in patches.
+        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(4.0, 4.0)
 
 
 def _place(Lab: Any) -> Any:
@@ -130,33 +139,72 @@ def _place(Lab: Any) -> Any:
     return np.ascontiguousarray(Lab[:, [1, 2, 0]])
 
 
-def _add_axes(plotter: Any, bodies: Sequence[SceneBody]) -> None:
-    Lab = np.concatenate([body.mesh.Lab for body in bodies])
-    low, high = Lab.min(axis=0), Lab.max(axis=0)
-    low, high = 20 * np.floor(low / 20), 20 * np.ceil(high / 20)
-    low[0] = max(low[0], 0.0)
-    counts = [int(min((b - a) / 20, 8)) + 1 for a, b in zip(low, high, strict=True)]
-    plotter.set_background("white")
-    plotter.show_bounds(
-        bounds=(low[1], high[1], low[2], high[2], low[0], high[0]),
-        xtitle="a*",
-        ytitle="b*",
-        ztitle="L*",
-        n_xlabels=counts[1],
-        n_ylabels=counts[2],
-        n_zlabels=counts[0],
-        fmt="%.0f",
-        color=_AXES_COLOR,
-        grid="back",
-        location="outer",
-        ticks="outside",
-        font_size=11,
-        use_3d_text=False,
+def _add_axes(plotter: Any, bodies: Sequence[SceneBody], direction: NDArray[np.float64]) -> None:
+    """The floor and the two walls behind the bodies with a grid, and numbers along the edges in front.
+
+    Parameters
+    ----------
+    direction : (3,) float64 array
+        Towards the viewer, as (a*, b*, L*).
+    """
+    import pyvista
+
+    place = np.concatenate([_place(body.mesh.Lab) for body in bodies])
+    low, high = place.min(axis=0), place.max(axis=0)
+    step = np.array([_tick_step(max(high[0] - low[0], high[1] - low[1]))] * 2 + [_tick_step(high[2] - low[2])])
+    low, high = step / 2 * np.floor(2 * low / step), step / 2 * np.ceil(2 * high / step)
+    low[2] = max(low[2], 0.0)
+    front = np.where(direction > 0, high, low)
+    back = np.where(direction > 0, low, high)
+    ticks = [np.arange(np.ceil(low[k] / step[k]) * step[k], high[k] + 1e-9, step[k]) for k in range(3)]
+    lines = []
+    for along in range(3):
+        for across in set(range(3)) - {along}:
+            for tick in {*ticks[across].tolist(), low[across], high[across]}:
+                ends = np.array([back, back])
+                ends[:, across], ends[:, along] = tick, (low[along], high[along])
+                lines.append(ends)
+    grid = pyvista.line_segments_from_points(np.concatenate(lines))
+    plotter.add_mesh(grid, color=_GRID_COLOR, line_width=1, lighting=False)
+    # a* and b* along the floor's two edges in front; L* up the edge at the left, behind one of them.
+    outer = 0.06 * np.linalg.norm((high - low)[:2])
+    up_edge = front.copy()
+    left = 0 if direction[0] * direction[1] < 0 else 1
+    up_edge[left] = back[left]
+    for k, start in enumerate((front, front, up_edge)):
+        # On the floor, away from the bodies: across the edge that the numbers stand along.
+        away = np.zeros(3)
+        if k < 2:
+            away[1 - k] = np.sign(direction[1 - k]) * outer
+        else:
+            away[left] = -np.sign(direction[left]) * outer
+        points = np.tile(start + away, (len(ticks[k]), 1))
+        points[:, k] = ticks[k]
+        if k < 2:
+            points[:, 2] = low[2]
+        _add_text(plotter, points, [f"{tick:.0f}" for tick in ticks[k]], 15)
+        _add_text(plotter, points.mean(axis=0, keepdims=True) + 1.2 * away, [("a*", "b*", "L*")[k]], 20)
+
+
+def _tick_step(span: float) -> float:
+    """Distance of ticks, 20 or 40 units or a fine one, for some three to nine of them."""
+    return next((step for step in (1.0, 2.0, 5.0, 10.0, 20.0) if span <= 7 * step), 40.0)
+
+
+def _add_text(plotter: Any, points: NDArray[np.float64], texts: list[str], size: int) -> None:
+    plotter.add_point_labels(
+        points,
+        texts,
+        font_size=size,
+        text_color=_AXES_COLOR,
+        show_points=False,
+        shape=None,
+        always_visible=True,
+        justification_horizontal="center",
+        justification_vertical="center",
     )
 
 
-def _place_camera(plotter: Any, azimuth_deg: float) -> None:
-    azimuth, up = np.deg2rad(azimuth_deg), np.deg2rad(20.0)
-    direction = (np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up))
-    plotter.view_vector(direction, viewup=(0, 0, 1))
-    plotter.camera.zoom(1.0)
+def _towards_viewer(azimuth_deg: float) -> NDArray[np.float64]:
+    azimuth, up = np.deg2rad(azimuth_deg), np.deg2rad(22.0)
+    return np.array([np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)])

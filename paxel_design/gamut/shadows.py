@@ -49,12 +49,7 @@ def shadow_of_line(
     return polytope_of_points(polytope(rows, offsets - normals[:, 3:] @ origin).vertices[:, :3])
 
 
-def shadow_of_body(
-    own: SurfaceModel,
-    other: SurfaceModel,
-    body: NDArray[np.float64],
-    tie: tuple[NDArray[np.float64], float, float] | None = None,
-) -> Polytope:
+def shadow_of_body(own: SurfaceModel, other: SurfaceModel, body: NDArray[np.float64]) -> Polytope:
     """Colours of surface `own` whose partner can lie in the convex hull of `body` on surface `other`.
 
     Parameters
@@ -63,9 +58,6 @@ def shadow_of_body(
         Of the same inputs.
     body : (v, 3) float64 array
         XYZ.
-    tie : (place (v,), slope, base), optional
-        Ties the partner to the colour's luminance: the same mixture of `body` that makes the partner must make
-        ``slope * Y + base`` of `place`.
 
     Raises
     ------
@@ -73,14 +65,10 @@ def shadow_of_body(
         If the set is empty or flat, or its corners are not found.
     """
     n, v = own.A.shape[1], len(body)
-    # Inputs x and shares of the body's points; rows: partner, sum of the shares, tie.
-    columns = np.zeros((4 if tie is None else 5, n + v))
+    # Inputs x and shares of the body's points; rows: partner, sum of the shares.
+    columns = np.zeros((4, n + v))
     columns[:3, :n], columns[:3, n:], columns[3, n:] = other.A, -body.T, 1.0
     rhs = np.append(-other.black, 1.0)
-    if tie is not None:
-        place, slope, base = tie
-        columns[4, :n], columns[4, n:] = slope * own.A[1], -place
-        rhs = np.append(rhs, -base - slope * own.black[1])
 
     def farthest(directions: NDArray[np.float64]) -> NDArray[np.float64]:
         cost = np.concatenate((directions @ own.A, np.zeros((len(directions), v))), axis=1)

@@ -23,6 +23,7 @@ from paxel_runtime.calibration.fit import fit_model
 from paxel_runtime.calibration.image_model import Fields, image_fields, kernel_sigma_px
 from paxel_runtime.calibration.nodal import nodal_reflectance, nodal_to_linear_sRGB, pattern_area
 from paxel_runtime.calibration.pixels import SortedPixels, register, sort_by_design, sort_pixels
+from paxel_runtime.calibration.positions import moved_to_mean, position_spread
 
 __all__ = [
     "CameraToXYZ",
@@ -41,10 +42,12 @@ __all__ = [
     "fit_model",
     "image_fields",
     "kernel_sigma_px",
+    "moved_to_mean",
     "nodal_reflectance",
     "nodal_to_linear_sRGB",
     "noise_floor",
     "pattern_area",
+    "position_spread",
     "prediction_error",
     "register",
     "sensitivity_matrix",

@@ -167,7 +167,7 @@ def noise_floor(
     """
     frames: dict[tuple[str, int, Any], list[str]] = defaultdict(list)
     for e in plan:
-        if e.device == "meter" and not e.mask and e.name in readings and np.any(e.P):
+        if e.device == "meter" and e.position == 0 and not e.mask and e.name in readings and np.any(e.P):
             frames[e.surface, e.clusters, e.P].append(e.name)
     floors: dict[str, dict[str, float]] = {}
     for surface in model.surfaces:

@@ -7,13 +7,15 @@ projector is stands in ``honesty.py``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import CalibrationError
 from paxel_runtime.exposures import Exposure
+from paxel_runtime.meter_positions import at_position
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 
 __all__ = ["aperture_warning", "check_readings", "described"]
@@ -60,17 +62,19 @@ def check_readings(readings: Readings, plan: Iterable[Exposure], channels: tuple
             )
     Y = {name: float(spectra_to_XYZ(spectrum)[1]) for name, spectrum in readings.items()}
     surfaces = list(dict.fromkeys(e.surface for e in plan if e.name.endswith("-black")))
-    for surface in surfaces:
-        white, black = f"read-{surface}-white", f"read-{surface}-black"
+    positions = sorted({e.position for e in plan})
+    for surface, position in product(surfaces, positions):
+        white, black = (at_position(f"read-{surface}-{level}", position) for level in ("white", "black"))
         if not Y[white] > Y[black]:
             raise CalibrationError(
                 f"{described(white, readings)} must be brighter than {described(black, readings)}, got "
                 f"Y = {Y[white]:.4g} and {Y[black]:.4g}: are rows mixed up? {_again([white, black])}"
             )
     _check_white_is_brightest(readings, Y, channels)
-    for surface in surfaces:
-        _check_singles(readings, Y, surface, channels, K)
-    _check_colors(readings, surfaces, channels, K)
+    places = list(dict.fromkeys((e.surface, e.position) for e in plan if e.clusters))
+    for surface, position in places:
+        _check_singles(readings, Y, surface, channels, K, position)
+    _check_colors(readings, places, channels, K)
 
 
 def aperture_warning(aperture_mm: float, dot_size_mm: float, colorants: int) -> str:
@@ -121,10 +125,12 @@ def _check_white_is_brightest(readings: Readings, Y: Mapping[str, float], channe
         )
 
 
-def _check_singles(readings: Readings, Y: Mapping[str, float], surface: str, channels: tuple[str, ...], K: int) -> None:
+def _check_singles(
+    readings: Readings, Y: Mapping[str, float], surface: str, channels: tuple[str, ...], K: int, position: int
+) -> None:
     """Single clusters are darker than full white, and together about as bright."""
-    black, white = Y[f"read-{surface}-black"], Y[f"read-{surface}-white"]
-    names = [f"read-{surface}-K{K}-{i}-{channel}" for i in range(K) for channel in channels]
+    black, white = (Y[at_position(f"read-{surface}-{level}", position)] for level in ("black", "white"))
+    names = [at_position(f"read-{surface}-K{K}-{i}-{c}", position) for i in range(K) for c in channels]
     light = np.array([Y[name] - black for name in names])
     brightest = int(np.argmax(light))
     if light[brightest] > _SUM_HIGH * (white - black):
@@ -137,17 +143,18 @@ def _check_singles(readings: Readings, Y: Mapping[str, float], surface: str, cha
         raise CalibrationError(
             f"the single clusters of K = {K} on {surface} must add up to about full white, got {together:.0%} of it: "
             "are rows mixed up, does the spot lie on the pattern, did the sheet move? Take all readings "
-            f"read-{surface}-... out of captures/measurements.csv, then run: paxel capture"
+            f"{at_position(f'read-{surface}', position)}-... out of captures/measurements.csv, then run: paxel capture"
         )
 
 
-def _check_colors(readings: Readings, surfaces: Sequence[str], channels: tuple[str, ...], K: int) -> None:
+def _check_colors(readings: Readings, places: Iterable[tuple[str, int]], channels: tuple[str, ...], K: int) -> None:
     """A single cluster's light has its own channel's spectrum, not another's."""
     if len(channels) < 2:
         return
-    for surface in surfaces:
-        black = readings[f"read-{surface}-black"]
-        light = np.array([[readings[f"read-{surface}-K{K}-{i}-{c}"] - black for c in channels] for i in range(K)])
+    for surface, position in places:
+        singles = [[at_position(f"read-{surface}-K{K}-{i}-{c}", position) for c in channels] for i in range(K)]
+        black = readings[at_position(f"read-{surface}-black", position)]
+        light = np.array([[readings[name] - black for name in row] for row in singles])
         shape = _channel_light(readings, channels)
         shape = light.sum(axis=0) if shape is None else shape
         shape = shape / np.maximum(np.linalg.norm(shape, axis=1, keepdims=True), 1e-30)
@@ -158,7 +165,7 @@ def _check_colors(readings: Readings, surfaces: Sequence[str], channels: tuple[s
                 likeness = shape @ light[i, j] / max(size, 1e-30)
                 other = int(np.argmax(likeness))
                 if size > _FAINT * strongest and other != j and likeness[j] < _UNLIKE * likeness[other]:
-                    name = f"read-{surface}-K{K}-{i}-{channel}"
+                    name = singles[i][j]
                     raise CalibrationError(
                         f"{described(name, readings)} must have the spectrum of {channel}, but looks like "
                         f"{channels[other]}: are rows mixed up? {_again([name])}"

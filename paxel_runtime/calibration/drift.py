@@ -26,6 +26,7 @@ def correct_drift(
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, dict[str, Any]]]:
     """Readings without the linear part of the light's drift, where repetitions of full white show that there is one.
 
+    Readings beside the centre stay as they are: they are taken relative to the full white of their own position.
     Whether a line helps is decided by predicting each repetition from the others (leave-one-out), by the line and by
     their mean.
 
@@ -37,7 +38,7 @@ def correct_drift(
         ``{"checks", "range_percent" (highest to lowest level), "slope_percent" (over the session, by the line),
         "corrected", "rms_percent" (of the levels about what was taken out)}``.
     """
-    plan = [e for e in plan if e.device == "meter" and e.name in readings]
+    plan = [e for e in plan if e.device == "meter" and e.name in readings and e.position == 0]
     corrected = dict(readings)
     figures: dict[str, dict[str, Any]] = {}
     for surface in dict.fromkeys(e.surface for e in plan):

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.calibration.checks import check_readings
+from paxel_runtime.calibration.positions import local_white_gain, positions_of
 from paxel_runtime.calibration.ramps import Curve, fit_curve, picture_shares, spectral_shares
 from paxel_runtime.errors import CalibrationError
 from paxel_runtime.exposures import Exposure, white_reading
+from paxel_runtime.meter_positions import at_position
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
@@ -34,6 +36,10 @@ def fit_model(
     captures: Captures | None = None,
 ) -> PredictionModel:
     """Response curves, black levels and A from spectral readings (Eqs. 1-3, black-subtracted).
+
+    Where the clusters were read at several positions, A and the black are the mean of all, each relative to the full
+    white at its own position (`positions.local_white_gain`). The white point is the centre's, so that the model tells
+    colours as they are at the centre, but of the mean print instead of the one spot's.
 
     Parameters
     ----------
@@ -57,12 +63,17 @@ def fit_model(
     K = len(clusters)
     check_readings(readings, plan, channels, K)
     white = spectra_to_XYZ(readings[white_reading(readings)])
+    gains = {position: local_white_gain(readings, position) for position in positions_of(plan, K)}
     surfaces = {}
     for surface in dict.fromkeys(e.surface for e in plan if e.name.endswith("-black") and e.device == "meter"):
-        dark = readings[f"read-{surface}-black"]
         names = [f"read-{surface}-K{K}-{i}-{channel}" for i in range(K) for channel in channels]
-        A = spectra_to_XYZ(np.array([readings[name] - dark for name in names])).T / white[1]
-        surfaces[surface] = SurfaceModel(A=A, black=spectra_to_XYZ(dark) / white[1])
+        A, black = [], []
+        for position, gain in gains.items():
+            dark = readings[at_position(f"read-{surface}-black", position)]
+            lit = np.array([readings[at_position(name, position)] - dark for name in names])
+            A.append(gain * spectra_to_XYZ(lit))
+            black.append(gain * spectra_to_XYZ(dark))
+        surfaces[surface] = SurfaceModel(A=np.mean(A, axis=0).T / white[1], black=np.mean(black, axis=0) / white[1])
     return PredictionModel(
         channels=channels,
         clusters=clusters,

@@ -11,6 +11,7 @@ Pure functions of readings by name. Position 0 is the centre.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,9 @@ from paxel_runtime.exposures import Exposure, white_reading
 from paxel_runtime.meter_positions import at_position
 from paxel_runtime.model.colorimetry import XYZ_to_Lab, spectra_to_XYZ
 from paxel_runtime.model.delta_e import dE00
+from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 
-__all__ = ["local_white_gain", "position_spread", "positions_of"]
+__all__ = ["local_white_gain", "moved_to_mean", "position_spread", "positions_of"]
 
 Readings = Mapping[str, NDArray[np.float64]]
 
@@ -47,6 +49,29 @@ def local_white_gain(readings: Readings, position: int) -> NDArray[np.float64]:
     lit = np.minimum(local, centre) > _NOTHING * centre[1]
     gain[lit] = centre[lit] / local[lit]
     return gain
+
+
+def moved_to_mean(model: PredictionModel, centre: PredictionModel, mean: PredictionModel) -> PredictionModel:
+    """A model that was refined and corrected at the centre, moved to the mean of all positions.
+
+    Extra projections are read at the centre, so that A is refined and a correction fitted there; fitted to the mean
+    they would take it back to the centre. Both tell about the projector, and what they change is kept.
+
+    Parameters
+    ----------
+    model : PredictionModel
+        `centre`, refined and corrected.
+    centre, mean : PredictionModel
+        From `fit_model`, with the plan of the centre and with that of all positions.
+    """
+    moved = {
+        name: SurfaceModel(
+            A=surface.A + (mean.surfaces[name].A - centre.surfaces[name].A),
+            black=surface.black + (mean.surfaces[name].black - centre.surfaces[name].black),
+        )
+        for name, surface in model.surfaces.items()
+    }
+    return replace(model, pattern=moved["pattern"], white=moved.get("white"))
 
 
 def position_spread(
@@ -77,7 +102,7 @@ def position_spread(
     gains = np.array([local_white_gain(readings, position) for position in positions])
     white = spectra_to_XYZ(readings[white_reading(readings)])
     surfaces: dict[str, dict[str, Any]] = {}
-    for surface in dict.fromkeys(e.surface for e in plan if e.device == "meter" and e.clusters == K):
+    for surface in sorted({e.surface for e in plan if e.device == "meter" and e.clusters == K}):
         names = [f"read-{surface}-K{K}-{i}-{channel}" for i in range(K) for channel in channels]
         spectra = [[readings[at_position(name, position)] for name in names] for position in positions]
         XYZ = spectra_to_XYZ(np.array(spectra)) / white[1]

@@ -54,7 +54,7 @@ class Spectroradiometer(Protocol):
 
 
 class Operator(Protocol):
-    """Whoever changes the surface: a person with a sheet of paper, or the virtual bench."""
+    """Whoever changes the surface and moves the meter: a person with a sheet of paper, or the virtual bench."""
 
     def place(self, surface: str) -> None:
         """Bring a surface under the projector; returns when it lies flat.
@@ -63,6 +63,16 @@ class Operator(Protocol):
         ----------
         surface : str
             ``"pattern"``, ``"white"`` (the second surface), or ``"paper"`` (white paper, where that is another).
+        """
+        ...
+
+    def aim(self, position_mm: tuple[float, float]) -> None:
+        """Point the meter at a place of the wall; returns when it stands still.
+
+        Parameters
+        ----------
+        position_mm : (x, y)
+            Middle of its spot, from the centre of the projection, +x right, +y up.
         """
         ...
 

@@ -48,6 +48,7 @@ _FULL_SIGNAL = 0.8
 _DRIFT_MEMORY = 0.995
 _DRIFT_STEP = 0.1
 _NO_LIGHT = 1e-3
+_CENTRE = (0.0, 0.0)
 
 
 class VirtualBench:
@@ -103,7 +104,8 @@ class VirtualBench:
         camera_variance = (PIXEL_BLUR_PX**2 + 1 / 12) * (self._maps.camera_px_mm / step_mm) ** 2
         self._camera_blur = gaussian_kernel(np.sqrt(max(camera_variance - SPLINE_VARIANCE, 0.0)))
         self._codes_to_x = response_table(len(setup.channels), setup.bits, setup.responses, setup.channels)
-        self._spots: dict[str, MeterSpot] = {}
+        self._spots: dict[tuple[str, tuple[float, float]], MeterSpot] = {}
+        self._aim_mm = _CENTRE
         self._camera_nodes: dict[str, NDArray[np.float64]] = {}
         self._rng = np.random.default_rng((setup.seed, 4))
         self._drift = 0.0
@@ -135,6 +137,16 @@ class VirtualBench:
             For any other surface.
         """
         self._surface = _known_surface(surface)
+
+    def aim(self, position_mm: tuple[float, float]) -> None:
+        """Point the meter at a place of the wall, mm from the centre of the projection, +x right, +y up.
+
+        Raises
+        ------
+        InputError
+            When it measures, if its spot does not lie within the projection.
+        """
+        self._aim_mm = (float(position_mm[0]), float(position_mm[1]))
 
     def show(self, codes: NDArray[np.unsignedinteger]) -> None:
         """Show a frame (H, W, N) of device codes, 0 to 2**bits - 1, until the next.
@@ -188,8 +200,8 @@ class VirtualBench:
 
     def measure(self) -> NDArray[np.float64]:
         """Spectral radiance over the meter's spot, (81,), in units in which the three primaries at full have Y = 1."""
-        q = self._quality
-        spectrum = self._read(self._x, self._surface) * self._light_level() + self._spot(self._surface).ambient
+        q, spot = self._quality, self._spot(self._surface, self._aim_mm)
+        spectrum = self._read(self._x, self._surface, spot) * self._light_level() + spot.ambient
         level_noise, band_noise = self._rng.standard_normal(), self._rng.standard_normal(len(spectrum))
         return spectrum * (1.0 + q.meter_noise_level * level_noise) * (1.0 + q.meter_noise_band * band_noise)
 
@@ -302,7 +314,7 @@ class VirtualBench:
     @cached_property
     def _white_Y(self) -> float:
         full = np.full(self._frame_shape, 2**self._setup.bits - 1, np.uint16)
-        white = float(spectra_to_XYZ(self._read(self._drive(full), "reference"))[1])
+        white = float(spectra_to_XYZ(self._read(self._drive(full), "reference", self._spot("reference")))[1])
         if not self._setup.fluoresces:
             return white
         solids = self._sheets["pattern"].solids[:, :, 0]
@@ -310,9 +322,9 @@ class VirtualBench:
         shining = float(spectra_to_XYZ(np.einsum("j,jkw->kw", x, solids))[:, 1].max())
         return white if white > _NO_LIGHT * shining else shining
 
-    def _read(self, x: NDArray[np.float32], surface: str) -> NDArray[np.float64]:
+    def _read(self, x: NDArray[np.float32], surface: str, spot: MeterSpot) -> NDArray[np.float64]:
         """Noise-free reading of the meter, (81,), without ambient light."""
-        q, spot, sheet = self._quality, self._spot(surface), self._sheets[surface]
+        q, sheet = self._quality, self._sheets[surface]
         rows, columns = spot.rows, spot.columns
         if sheet.held:
             lit = self._sources(fringe(x, q.fringing, q.fringing_exponent))
@@ -323,13 +335,14 @@ class VirtualBench:
         height, width = spot.weights.shape[2:]
         return spot.read(lit[:, top : top + height, left : left + width])
 
-    def _spot(self, surface: str) -> MeterSpot:
-        """The meter's spot on a surface, kept. The meter looks along the camera's axis, wherever a sheet is held."""
+    def _spot(self, surface: str, aim_mm: tuple[float, float] = _CENTRE) -> MeterSpot:
+        """A spot of the meter on a surface, kept. It looks along the camera's axis, wherever a sheet is held."""
         sheet = self._sheets[surface]
         if sheet is self._sheets["reference"]:
             surface = "reference"
-        if surface not in self._spots:
-            self._spots[surface] = make_spot(
+        if (surface, aim_mm) not in self._spots:
+            elsewhere = sheet.held is not None or aim_mm != _CENTRE
+            self._spots[surface, aim_mm] = make_spot(
                 self._setup.aperture_mm,
                 self._grid,
                 sheet.held.maps if sheet.held else self._maps,
@@ -338,9 +351,9 @@ class VirtualBench:
                 self._scattering if self._quality.scattering_mm > 0 else None,
                 sheet.of_pairs,
                 sheet.of_ambient,
-                raster_to_wall(self._maps, self._maps.raster_centre) if sheet.held else None,
+                raster_to_wall(self._maps, self._maps.raster_centre) + np.array(aim_mm) if elsewhere else None,
             )
-        return self._spots[surface]
+        return self._spots[surface, aim_mm]
 
 
 def _known_surface(surface: str) -> str:

@@ -89,7 +89,7 @@ class FramePlan:
         x = base + G XYZ.
     black : (3 surfaces,) float32 array
     codes : (N, 4097) float32 array
-        Device codes over a uniform grid of x.
+        Device codes over a uniform grid of the square root of x.
     outside : int
         Code of pixels outside the pattern.
     """
@@ -164,7 +164,7 @@ def plan_frame(
     A = np.pad(A, ((0, 0), (0, -model.n % 3)))
     G = np.linalg.pinv(A)
     full = 2**bits - 1
-    grid = np.linspace(0.0, 1.0, _TABLE)
+    grid = np.linspace(0.0, 1.0, _TABLE) ** 2  # of the square root of x: responses are steep near black
     codes = model.response.x_to_P(np.repeat(grid[:, None], len(model.channels), axis=1)).T * full
     # f(Y) = (L* + 16) / 116, so L* -> gain L* + offset is affine in f(Y)
     mappings = [on_pattern] + ([on_white] if on_white is not None else [])
@@ -346,7 +346,7 @@ def _row_codes(
                 if label == 255:
                     out[start + lane, j] = outside
                 else:
-                    place = _clip(x[label * channels + j, lane]) * np.float32(last)
+                    place = np.sqrt(_clip(x[label * channels + j, lane])) * np.float32(last)
                     i = min(np.int64(place), last - 1)
                     value = table[j, i] + (place - np.float32(i)) * (table[j, i + 1] - table[j, i])
                     out[start + lane, j] = np.int64(value + np.float32(0.5))

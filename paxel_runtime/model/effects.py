@@ -17,7 +17,7 @@ The definitions, with p the colour shown on one surface and q its partner, what 
   own chroma has no floor; q's lightness is free, or within `lightness_band` of p's;
 - *chroma* (s, band): q has p's hue and s times its chroma; lightness as above;
 - *decolorize*: q is gray: of any lightness (``free``), of p's own (``same``), or at p's place between black and full
-  white of its surface, in linear light (``relative``); or within `tolerance` of such a gray, in dE00;
+  white of its surface, in linear light (``relative``); with ``free`` also within `tolerance` of a gray, in dE00;
 - *neutralize* (to c): q is c, or within `tolerance` of c, in dE00;
 - *full-change* (Section V-A1): p goes with a black and a white gray on the other surface, and with a complementary
   colour there, one whose light adds up to gray with p's own;
@@ -207,7 +207,14 @@ class Decolorize(Effect):
         linear light, is the gray's place between those of the other surface) or ``"same"`` (nearly empty: the
         pattern is always darker).
     tolerance : float
-        Largest dE00 of the partner from such a gray, 0..10; 0 for exactly gray, 2 in the paper.
+        Largest dE00 of the partner from its nearest gray, 0..10; 0 for exactly gray, 2 in the paper. Only with
+        ``free``: beside a gray of given lightness dE00 allows most at both ends of the scale, and what lies within a
+        tolerance of those grays is not convex.
+
+    Raises
+    ------
+    InputError
+        If the lightness is unknown, the tolerance out of range, or given with another lightness than ``free``.
     """
 
     lightness: str = "free"
@@ -223,6 +230,11 @@ class Decolorize(Effect):
                 f"effect decolorize: lightness must be one of {', '.join(self.LIGHTNESSES)}; got {self.lightness!r}"
             )
         _set_number(self, "tolerance", 0, 10, "free,2")
+        if self.tolerance and self.lightness != "free":
+            raise InputError(
+                f"effect decolorize: a tolerance goes with lightness free only, got {self.value}; write "
+                f"decolorize:free,{_number_text(self.tolerance)} or decolorize:{self.lightness}"
+            )
 
     @property
     def value(self) -> str:

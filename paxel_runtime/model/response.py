@@ -81,6 +81,16 @@ class ProjectorResponse:
         rises = [np.concatenate(([True], np.diff(forward) > 0)) for forward in self._forward]
         return [(forward[keep], _TABLE[keep]) for forward, keep in zip(self._forward, rises, strict=True)]
 
+    @cached_property
+    def inverse_tables(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """x and P of the inverse's points, (N, m) each, for kernels; shorter tables end in x = infinity, P = 1."""
+        m = max(len(x) for x, _ in self._inverse)
+        tables = np.full((len(self._inverse), m), np.inf), np.ones((len(self._inverse), m))
+        for j, points in enumerate(self._inverse):
+            for table, values in zip(tables, points, strict=True):
+                table[j, : len(values)] = values
+        return tables
+
     def _checked(self, values: ArrayLike) -> NDArray[np.floating]:
         values = np.asarray(values)
         if values.shape[-1] != len(self.code):

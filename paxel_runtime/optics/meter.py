@@ -126,8 +126,9 @@ def _area_shares(
     column, row = (round(grid.to_sample(c).item()) for c in middle)
     if min(row, column) < half or row + half >= grid.shape[0] or column + half >= grid.shape[1]:
         raise InputError(
-            f"the meter's spot must lie within the projection; got one of {aperture_mm} mm that the sheet's place "
-            "moves out of it (hold the sheet nearer to the wall, or choose a smaller aperture)"
+            f"the meter's spot must lie within the projection; got one of {aperture_mm} mm that the sheet's place or "
+            "its own moves out of it (hold the sheet nearer to the wall, aim nearer to the centre, or choose a smaller "
+            "aperture)"
         )
     rows, columns = slice(row - half, row + half + 1), slice(column - half, column + half + 1)
     u, v = (grid.to_raster(np.arange(part.start, part.stop)) for part in (columns, rows))

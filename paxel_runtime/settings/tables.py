@@ -241,11 +241,18 @@ class ModelSettings(Section):
     )
 
 
+_SPOT_SHARE = 0.4
+"""Largest spot at several positions, of the field's shorter side: they lie a quarter of it from the rim, less some."""
+
+
 class MeterSettings(Section):
     """The spectroradiometer."""
 
     aperture_mm: Positive = Field(
         20.0, description="diameter of its spot on the wall, mm: at least 8 periods of the pattern"
+    )
+    positions: Literal[1, 5, 9] = Field(
+        1, description="places of the wall where it reads the clusters: 1 = the centre, 5 or 9 = over the field"
     )
 
 
@@ -348,6 +355,23 @@ class Settings(Section):
                     f"pattern.colorants must be among {', '.join(known)}, or described in a table [colorants.NAME], "
                     f"got {name!r}"
                 )
+        return self
+
+    @property
+    def field_mm(self) -> tuple[float, float]:
+        """Width and height of what pattern and projection have in common."""
+        columns, rows = self.projector.resolution
+        (width, height), across = self.pattern.size_mm, self.projector.width_mm
+        return min(width, across), min(height, across * rows / columns)
+
+    @model_validator(mode="after")
+    def _spots_within_field(self) -> Settings:
+        largest_mm = _SPOT_SHARE * min(self.field_mm)
+        if self.meter.positions > 1 and self.meter.aperture_mm > largest_mm:
+            raise ValueError(
+                f"meter.positions must be 1 where meter.aperture_mm is above {largest_mm:.4g} ({_SPOT_SHARE:g} of the "
+                f"field's shorter side), got {self.meter.positions} and {self.meter.aperture_mm:g}: spots leave it"
+            )
         return self
 
     @model_validator(mode="after")

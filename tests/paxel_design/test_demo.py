@@ -115,8 +115,11 @@ def test_gamuts_are_closed_and_every_mapped_pixel_is_in_reach(show: tuple[Instal
         assert record["volume"] > 0
     for name in ("dual-image", "neutralize"):
         record = read_json(installation.folder("projection") / f"{name}.json")
-        assert record["pixels_in_gamut"] == 1.0
-        assert record["dE00_max"] < 0.01
+        # Sub-gamuts are those of the linear model: what the measured correction takes away (light lost between
+        # channels and pixels) is missing at their very edge.
+        assert record["pixels_in_gamut"] > 0.995
+        assert record["dE00_p95"] < 0.01
+        assert record["dE00_max"] < 1.0
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

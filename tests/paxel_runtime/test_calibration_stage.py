@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paxel_design.commands.calibrate import _told
 from paxel_runtime import calibration_stage, load_model
 from paxel_runtime.acquisition import CaptureFolder
 from paxel_runtime.calibration_stage import calibrate
 from paxel_runtime.errors import CalibrationError
 from paxel_runtime.exposures import EXTRA_COUNT, Exposure, mask_pixels, plan_geometry, plan_readings
 from paxel_runtime.installation import Installation
+from paxel_runtime.meter_positions import at_positions
 from paxel_runtime.model.colorimetry import D65_XYZ, WAVELENGTHS_NM
 from paxel_runtime.model_image import load_image_model
 from paxel_runtime.settings import make_settings
@@ -39,14 +41,13 @@ def reading(e: Exposure) -> np.ndarray:
     """The mean over the field's middle, with channels that take light from each other."""
     x = np.array([[intensities(e)[i == CLUSTER][:, j].mean() for j in range(3)] for i in range(2)])
     x = x * (1 - 0.03 * (x.sum(axis=1, keepdims=True) - x))
-    return np.einsum("i,ij,jw->w", INK[e.surface] / 2, x, LIGHT)
+    return np.einsum("i,ij,jw->w", INK[e.surface] / 2, x, LIGHT) * (1 - 0.05 * e.position)
 
 
 def captures_of(installation: Installation) -> CaptureFolder:
     """What `paxel capture` would have left: pictures on disk (camera pixel = projector pixel), the rest in memory."""
-    plan = plan_geometry(RGB, (W, H)) + plan_readings(
-        RGB, (2,), bits=8, seed=0, surfaces=("pattern", "white"), extra=EXTRA_COUNT
-    )
+    readings = plan_readings(RGB, (2,), bits=8, seed=0, surfaces=("pattern", "white"), extra=EXTRA_COUNT)
+    plan = plan_geometry(RGB, (W, H)) + at_positions(readings, installation.settings.meter.positions, 2)
     folder = installation.folder("captures")
     folder.mkdir()
     for e in plan:
@@ -70,12 +71,13 @@ def captures_of(installation: Installation) -> CaptureFolder:
 
 @pytest.fixture
 def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Installation]:
-    def installation(**keys: str) -> Installation:
+    def installation(positions: int = 1, **keys: str) -> Installation:
         small = {
             "projector.resolution": [W, H],
             "projector.width_mm": 16.0,
             "pattern.dot_size_mm": 0.5,
-            "meter.aperture_mm": 8.0,
+            "meter.aperture_mm": 8.0 if positions == 1 else 4.8,
+            "meter.positions": positions,
             "clusters.count": 2,
         }
         settings = make_settings("bw-checkerboard", small | {f"model.{key}": value for key, value in keys.items()})
@@ -85,6 +87,27 @@ def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Insta
         return made
 
     return installation
+
+
+@pytest.mark.parametrize("kind", ["spectral", "image"])
+def test_positions_are_reported_and_a_light_that_falls_off_moves_no_color(
+    make: Callable[..., Installation], kind: str
+) -> None:
+    """Every position has 5 % less light than the one before, and nothing else differs."""
+    installation = make(positions=5, kind=kind, correction="off")
+    assert calibrate(installation)["kind"] == kind
+    told = _told(installation.path)
+    first = next(i for i, line in enumerate(told) if line.startswith("5 positions of the meter"))
+    assert "full white down to 80 % of the centre's" in told[first]
+    assert [line.split()[0] for line in told[first + 2 : first + 4]] == ["pattern", "white"]
+    assert any("the model is that of their mean" in line for line in told) == (kind == "spectral")
+    positions = read_json(installation.folder("calibration") / "calibration.json")["positions"]
+    assert positions["positions_mm"] == [[0, 0], [-4, 3], [4, 3], [4, -3], [-4, -3]]
+    assert positions["white_percent"] == pytest.approx([100, 95, 90, 85, 80])
+    for surface in ("pattern", "white"):
+        spread = positions["surfaces"][surface]
+        assert spread["as_read"]["dE00_mean"] > 0.5
+        assert spread["local_white"]["dE00_max"] < 1e-6  # rounding
 
 
 def test_a_corrected_model_is_written_and_predicts(make: Callable[..., Installation]) -> None:

@@ -19,6 +19,7 @@ from paxel_runtime.exposures import Exposure, plan_geometry
 from paxel_runtime.frame_files import read_frame
 from paxel_runtime.installation import Installation
 from paxel_runtime.measurements import append_measurement
+from paxel_runtime.meter_positions import at_positions
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.settings import make_settings
 from paxel_runtime.storage import read_tiff
@@ -291,3 +292,30 @@ def test_readings_come_as_lines_of_a_table(studio: Studio) -> None:
     thread.join()
     assert any("line 3 (reading read-white-black) must have 83 cells" in text for text in studio.said)
     assert load_folder_readings(path, plan).keys() == {"read-white-white", "read-white-black"}
+
+
+def test_the_meter_is_moved_once_a_position(studio: Studio) -> None:
+    """Each position is asked for alone, with its place in words; what is missing elsewhere comes later."""
+    keys = {"projector.resolution": [1600, 900], "projector.width_mm": 800.0, "meter.positions": 9}
+    moved = Installation(studio.folder.parent, make_settings("bw-checkerboard", keys))
+    white = Exposure("read-white-white", "white", "meter", P=((1.0, 1.0, 1.0),))
+    plan = at_positions([white], 9, 2)
+    path = studio.folder / "measurements.csv"
+    for exposure in plan:
+        devices = FolderDevices(studio.said.append, poll_s=0.01, timeout_s=0.02)
+        session = FolderSession(moved, devices, studio.folder, lambda message, done, total: None, plan)
+        studio.said.clear()
+        with pytest.raises(DeviceError, match=f"1 readings in .*next: {exposure.name}"):
+            session.take(plan, {})
+        where = studio.said[-1].splitlines()[1]
+        expected = {
+            0: "the middle of the meter's spot lies at the centre of the projection",
+            1: "position 1 of 8: its spot lies 150 mm to the left and 100 mm up from the centre of the projection",
+            2: "position 2 of 8: its spot lies 100 mm up from the centre",
+            4: "position 4 of 8: its spot lies 150 mm to the right from the centre",
+            5: "position 5 of 8: its spot lies 150 mm to the right and 100 mm down from the centre",
+        }.get(exposure.position, f"position {exposure.position} of 8")
+        assert expected in where
+        append_measurement(path, exposure.name, "white", np.ones(WAVELENGTHS_NM.shape))
+    session.take(plan, {})
+    assert load_folder_readings(path, plan).keys() == {exposure.name for exposure in plan}

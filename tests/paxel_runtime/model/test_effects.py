@@ -47,7 +47,8 @@ def test_a_key_alone_gives_the_defaults_and_the_row_is_complete(key: str) -> Non
         (HueShift(90, lightness_band=10), "hue-shift:90,10", "hue-shift-90_10"),
         (Chroma(), "chroma:0.5", "chroma-0.5"),
         (Decolorize(), "decolorize:free", "decolorize-free"),
-        (Decolorize("relative", 2), "decolorize:relative,2", "decolorize-relative_2"),
+        (Decolorize("free", 2), "decolorize:free,2", "decolorize-free_2"),
+        (Decolorize("relative"), "decolorize:relative", "decolorize-relative"),
         (FullChange(), "full-change", "full-change"),
         (FullChange(20, 60), "full-change:20,60", "full-change-20_60"),
         (DualImage("volume"), "dual-image:volume", "dual-image-volume"),
@@ -71,6 +72,14 @@ def test_text_reads_back_as_the_same_effect(L: float, a: float, b: float) -> Non
     effect = Neutralize((L, a, b))
     assert parse_effect(effect.text) == effect
     assert re.fullmatch(r"neutralize(-?[-+.\de_]+)", effect.name), "a file name on every system"
+
+
+@pytest.mark.parametrize("lightness", ["relative", "same"])
+def test_a_tolerance_about_grays_of_given_lightness_is_refused_with_the_cure(lightness: str) -> None:
+    with pytest.raises(
+        InputError, match=rf"free only, got {lightness},2; write decolorize:free,2 or decolorize:{lightness}$"
+    ):
+        parse_effect(f"decolorize:{lightness},2")
 
 
 def test_minus_zero_is_zero() -> None:
