@@ -34,6 +34,8 @@ _LARGEST = 10.0
 _NOT_ASKED = -2 * _LARGEST
 """Value of nodes beyond the padding."""
 
+_ONTO_PLANES = 8
+
 _PULL = 1e-6
 """How far below the gamut's surface, as a share of the way to the middle, a margin is asked there: on it, rounding may
 leave a colour without any input."""
@@ -140,13 +142,12 @@ def _continued(full: SubGamut, margins: Margins) -> Margins:
         values = np.empty(len(XYZ))
         for i in range(0, len(XYZ), 65536):
             ray = XYZ[i : i + 65536] - middle
+            for _ in range(_ONTO_PLANES):
+                beyond = ray @ full.normals.T - room
+                worst = np.argmax(beyond, axis=1)
+                ray -= np.maximum(beyond[np.arange(len(ray)), worst], 0)[:, None] * full.normals[worst]
             reach = np.max(ray @ full.normals.T / room, axis=1, initial=0.0)
-            reach = np.maximum(reach * (1 + _PULL), 1.0)[:, None]
-            on = margins(middle + ray / reach)
-            beyond = np.flatnonzero(reach[:, 0] > 1)
-            # Straight on beyond the surface: twice the value on it less that as deep inside as the colour is outside.
-            on[beyond] = 2 * on[beyond] - margins(middle + (ray / reach * (2 - reach).clip(0.5))[beyond])
-            values[i : i + 65536] = on
+            values[i : i + 65536] = margins(middle + ray / np.maximum(reach * (1 + _PULL), 1.0)[:, None])
         return values
 
     return continued
