@@ -20,7 +20,7 @@ from paxel_runtime.storage import file_sha256, read_image, read_json
 
 __all__ = ["RULER_MM", "load_pattern", "printed_fiducials", "printed_pattern"]
 
-RULER_MM = 100.0
+RULER_MM = 100
 """Designed length of both rulers of a print sheet, between the middles of their outer ticks."""
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from paxel_design.gamut.contouring import Crossings, crossings_of, surface_net
+from paxel_design.gamut.contouring import Crossings, crossings_of, smoothed, surface_net
 from paxel_design.gamut.margins import Margins
 from paxel_design.gamut.meshes import GamutMesh, gamut_mesh, gamut_solid, mesh_of_solid
 from paxel_design.gamut.polytopes import inscribed_ball
@@ -33,8 +33,6 @@ _LARGEST = 10.0
 
 _NOT_ASKED = -2 * _LARGEST
 """Value of nodes beyond the padding."""
-
-_ONTO_PLANES = 8
 
 _PULL = 1e-6
 """How far below the gamut's surface, as a share of the way to the middle, a margin is asked there: on it, rounding may
@@ -120,6 +118,7 @@ def level_set_mesh(gamut: SubGamut, margins: Margins | None = None) -> GamutMesh
     crossings = crossings_of(field.values)
     share = _places_on_edges(crossings, field, margins and _continued(full, margins), gamut.white_point)
     places, faces = surface_net(crossings, share, field.values.shape)
+    places = smoothed(places, faces)
     solid = manifold3d.Manifold(manifold3d.Mesh64(field.origin + field.step * places, faces.astype(np.uint64)))
     if solid.status() != manifold3d.Error.NoError:
         raise GamutError(f"sub-gamut {gamut.file_stem} has no mesh: its surface does not close ({solid.status().name})")
@@ -142,10 +141,6 @@ def _continued(full: SubGamut, margins: Margins) -> Margins:
         values = np.empty(len(XYZ))
         for i in range(0, len(XYZ), 65536):
             ray = XYZ[i : i + 65536] - middle
-            for _ in range(_ONTO_PLANES):
-                beyond = ray @ full.normals.T - room
-                worst = np.argmax(beyond, axis=1)
-                ray -= np.maximum(beyond[np.arange(len(ray)), worst], 0)[:, None] * full.normals[worst]
             reach = np.max(ray @ full.normals.T / room, axis=1, initial=0.0)
             values[i : i + 65536] = margins(middle + ray / np.maximum(reach * (1 + _PULL), 1.0)[:, None])
         return values

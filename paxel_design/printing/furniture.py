@@ -13,6 +13,7 @@ from typing import Literal
 from paxel_design.printing.font import text_width_mm
 from paxel_design.printing.plates import is_paper, recipe_of
 from paxel_runtime.model.pattern import Colorant
+from paxel_runtime.printed import RULER_MM
 
 __all__ = [
     "PATCH_MM",
@@ -30,9 +31,6 @@ __all__ = [
     "solids_of",
     "wrap_text",
 ]
-
-RULER_MM = 100
-"""Length of the two rulers, between the centres of their outer ticks."""
 
 PATCH_MM = 22.0
 """Edge of a solid patch: the usual aperture of a meter is 20 mm, a spectrophotometer's 8 mm and its foot 15 mm."""

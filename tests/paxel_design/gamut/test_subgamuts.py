@@ -28,7 +28,7 @@ def test_every_effect_of_the_table_is_made(bw_model: Models) -> None:
     assert set(subgamuts._EXACT) | set(subgamuts._MARGINS) == set(EFFECTS.values())
     for key, effect in EFFECTS.items():
         for surface in SURFACES:
-            gamut = sub_gamut(joint, key, surface)
+            gamut = sub_gamut(joint, key, surface, step=8.0)
             assert (gamut.effect, gamut.shown_on) == (effect().name, surface)
             np.testing.assert_array_equal(gamut.white_point, joint.model.white_point)
 
