@@ -3,7 +3,7 @@
 ``x`` are linear intensities in [0, 1]; **input x[i * N + j] is channel j on cluster i** (K clusters, N channels,
 n = K N). ``A`` is (..., 3, n): (3, n) for the spectral model, (H, W, 3, n) for the image-based one. A measured
 `Correction` may add what light does beyond that; gamuts and solvers build on the linear part.
-Data and closed formulas only; how a model is measured stands in ``calibration.py``.
+Data and closed formulas only; how a model is measured stands in ``calibration/``.
 """
 
 from __future__ import annotations

@@ -20,6 +20,7 @@ from paxel_runtime import load_model
 from paxel_runtime.acquisition import capture, plan_exposures
 from paxel_runtime.errors import InputError, UsageError
 from paxel_runtime.installation import Installation
+from paxel_runtime.inversion import invert
 from paxel_runtime.model.colorimetry import D65_XYZ, Lab_to_XYZ
 from paxel_runtime.stages import open_bench, open_devices, project
 from paxel_runtime.storage import read_image, read_json, read_npz, read_tiff
@@ -113,8 +114,14 @@ def test_gamuts_are_closed_and_every_mapped_pixel_is_in_reach(show: tuple[Instal
         record = read_json(path)
         assert record["watertight"]
         assert record["volume"] > 0
+    linear = load_model(installation.folder("calibration") / "model.json").linear
     for name in ("dual-image", "neutralize"):
         record = read_json(installation.folder("projection") / f"{name}.json")
+        mapped = read_npz(installation.folder("projection") / f"{name}.npz")
+        gray = np.broadcast_to(np.float32([50, 0, 0]), mapped["Lab_pattern"].shape)  # what neutralize hides behind
+        promised = invert(mapped["Lab_pattern"], mapped.get("Lab_white", gray), linear)
+        assert promised.dE_white is not None
+        assert max(promised.dE_pattern.max(), promised.dE_white.max()) < 0.01
         # Sub-gamuts are those of the linear model: what the measured correction takes away (light lost between
         # channels and pixels) is missing at their very edge.
         assert record["pixels_in_gamut"] > 0.995
