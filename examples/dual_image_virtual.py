@@ -10,7 +10,7 @@ from pathlib import Path
 from paxel_design import DualImage
 from paxel_design.stages.gamut import make_gamut
 from paxel_design.stages.print_sheet import make_print
-from paxel_runtime.acquisition import capture
+from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.installation import Installation
 from paxel_runtime.settings import make_settings
 from paxel_runtime.stages import calibrate, open_bench, open_devices, preview, project

@@ -21,7 +21,7 @@ from paxel_design.printing.preview import pattern_detail
 from paxel_design.stages.gamut import make_gamut
 from paxel_design.stages.print_sheet import make_print
 from paxel_design.stages.projection import make_previews, make_projection_stage
-from paxel_runtime.acquisition import capture
+from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.errors import UsageError
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import Lab_to_sRGB

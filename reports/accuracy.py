@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
-from paxel_runtime.acquisition import capture, load_captures
 from paxel_runtime.calibration import (
     accuracy_picture,
     compare_colors,
@@ -38,10 +37,11 @@ from paxel_runtime.calibration import (
     prediction_error,
 )
 from paxel_runtime.calibration.drift import correct_drift
+from paxel_runtime.captures.acquisition import capture, load_captures
+from paxel_runtime.captures.exposures import Exposure, frame_codes, plan_readings
 from paxel_runtime.devices.base import Devices
 from paxel_runtime.devices.bench_qualities import QUALITIES, BenchQuality
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
-from paxel_runtime.exposures import Exposure, frame_codes, plan_readings
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.delta_e import dE00

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_runtime.calibration import fit_model, prediction_error
+from paxel_runtime.captures.exposures import RANDOM_COUNT, frame_codes, plan_readings
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
-from paxel_runtime.exposures import RANDOM_COUNT, frame_codes, plan_readings
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.settings import DEMO_OVERRIDES, Settings, make_settings
 

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from paxel_runtime.captures.foreign import decode_folder, plane_figures
 from paxel_runtime.devices.bench_setup import BenchSetup
 from paxel_runtime.devices.virtual import VirtualBench
-from paxel_runtime.foreign import decode_folder, plane_figures
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.registration import fit_registration
 from paxel_runtime.settings import DEMO_OVERRIDES, make_settings

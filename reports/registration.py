@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from paxel_design.patterns import make_pattern
 from paxel_runtime.calibration import register
+from paxel_runtime.captures.exposures import exposure_name, frame_codes, guide_channel, plan_geometry
 from paxel_runtime.clustering import lloyd
 from paxel_runtime.devices.bench_qualities import QUALITIES, BenchQuality
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
-from paxel_runtime.exposures import exposure_name, frame_codes, guide_channel, plan_geometry
 from paxel_runtime.registration import TABLES, register_design
 from paxel_runtime.structured_light import REASONS, Decoded, plan_frames
 

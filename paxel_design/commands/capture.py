@@ -40,8 +40,8 @@ def capture(
     let any program drop the photographs into captures/photographs. Each is checked when it comes. The meter's spectra
     go into captures/measurements.csv. Ctrl-C at any time; the same command goes on.
     """
-    from paxel_runtime.acquisition import capture as run_capture
-    from paxel_runtime.acquisition import plan_exposures
+    from paxel_runtime.captures.acquisition import capture as run_capture
+    from paxel_runtime.captures.acquisition import plan_exposures
     from paxel_runtime.stages import open_devices
 
     if timeout is not None and not timeout > 0:

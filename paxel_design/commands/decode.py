@@ -30,7 +30,7 @@ def decode(
 
     Example:  paxel decode captures --projector 1024x768 --out decoded.npz
     """
-    from paxel_runtime.foreign import decode_folder
+    from paxel_runtime.captures.foreign import decode_folder
     from paxel_runtime.storage import write_npz
 
     size = re.fullmatch(r"(\d+)[xX×](\d+)", projector.strip())

@@ -33,7 +33,7 @@ def register(
         raise UsageError("say --quick; a full registration belongs to: paxel capture DIR --force")
     from paxel_runtime.devices.base import Devices
     from paxel_runtime.stages import open_devices
-    from paxel_runtime.stages_registration import run_quick_registration, take_quick_picture, write_quick_frame
+    from paxel_runtime.stages.registration import run_quick_registration, take_quick_picture, write_quick_frame
 
     installation = open_installation(dir)
     installation.require("calibration")

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
+from paxel_runtime.captures.exposures import Exposure, exposure_name, white_reading
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure, exposure_name, white_reading
 from paxel_runtime.model.colorimetry import XYZ_to_Lab, spectra_to_XYZ
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel

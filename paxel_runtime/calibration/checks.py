@@ -1,7 +1,7 @@
 """Readings that cannot be right, found before a model is fitted to them: each named with its row and its cure.
 
 Pure functions of readings by name. What is judged is only what no projector, paper or meter can do; how honest a
-projector is stands in ``honesty.py``.
+projector is stands in ``captures/honesty.py``.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_runtime.captures.exposures import Exposure
+from paxel_runtime.captures.meter_positions import at_position
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure
-from paxel_runtime.meter_positions import at_position
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 
 __all__ = ["aperture_warning", "check_readings", "described"]

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_runtime.captures.exposures import Exposure, exposure_name
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure, exposure_name
 from paxel_runtime.registration import warp_to_nodal
 
 __all__ = ["Captures", "NodalImages", "Window"]

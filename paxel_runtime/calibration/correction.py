@@ -18,7 +18,7 @@ from scipy.linalg import solve_triangular
 
 from paxel_runtime.calibration.accuracy import relative_XYZ
 from paxel_runtime.calibration.ridge import dE00_roots, fit_ridge
-from paxel_runtime.exposures import Exposure
+from paxel_runtime.captures.exposures import Exposure
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.correction import Correction, Term, residual_values, term_values
 from paxel_runtime.model.delta_e import dE00

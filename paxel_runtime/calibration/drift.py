@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.exposures import Exposure
+from paxel_runtime.captures.exposures import Exposure
 
 __all__ = ["correct_drift"]
 

@@ -1,6 +1,6 @@
 """From spectral readings to a `PredictionModel`: response curves, black levels and A (Eqs. 1-3).
 
-Pure functions of readings by name; which readings there are stands in ``exposures.py``.
+Pure functions of readings by name; which readings there are stands in ``captures/exposures.py``.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from paxel_runtime.calibration.checks import check_readings
 from paxel_runtime.calibration.positions import local_white_gain, positions_of
 from paxel_runtime.calibration.ramps import Curve, fit_curve, picture_shares, spectral_shares
+from paxel_runtime.captures.exposures import Exposure, white_reading
+from paxel_runtime.captures.meter_positions import at_position
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure, white_reading
-from paxel_runtime.meter_positions import at_position
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse

@@ -1,6 +1,6 @@
 """Nodal images: captures seen from the projector, as reflectance factors of what each pixel lights (paper: IV-B).
 
-Pure functions of captures and lookup tables; which captures there are stands in ``exposures.py``.
+Pure functions of captures and lookup tables; which captures there are stands in ``captures/exposures.py``.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
+from paxel_runtime.captures.exposures import exposure_name, guide_channel
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import exposure_name, guide_channel
 from paxel_runtime.registration import ChannelRegistration, warp_to_nodal
 
 __all__ = ["Captures", "Normalise", "nodal_reflectance", "nodal_to_linear_sRGB", "pattern_area", "reflectance_picture"]

@@ -1,6 +1,6 @@
 """Where every projector pixel lands and which cluster it belongs to: structured light and nodal images -> clusters.
 
-Pure functions of captures (paper: IV-A, IV-B); what is shown stands in ``exposures.py``, files and devices elsewhere.
+Pure functions of captures (paper: IV-A, IV-B); what is shown stands in ``captures/exposures.py``, files elsewhere.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from paxel_runtime.calibration.nodal import (
     pattern_area,
     reflectance_picture,
 )
+from paxel_runtime.captures.exposures import exposure_name, guide_channel
 from paxel_runtime.clustering import Agreement, Clusters, agreement, cluster, cluster_coverages
 from paxel_runtime.clustering.clusters import Space
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import exposure_name, guide_channel
 from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_linear_sRGB, linear_sRGB_to_XYZ
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.registration import TABLES, ChannelRegistration, verdict

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.exposures import Exposure, white_reading
-from paxel_runtime.meter_positions import at_position
+from paxel_runtime.captures.exposures import Exposure, white_reading
+from paxel_runtime.captures.meter_positions import at_position
 from paxel_runtime.model.colorimetry import XYZ_to_Lab, spectra_to_XYZ
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel

@@ -1,6 +1,6 @@
 """Ramps -> response curves: black-subtracted, as a share of full light, monotone (paper: IV-C1; design: section 7).
 
-A step of a ramp is a spectrum, or a picture. Pure functions; the plan of the ramps stands in ``exposures.py``.
+A step of a ramp is a spectrum, or a picture. Pure functions; the plan of the ramps stands in ``captures/exposures.py``.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter
 from typer.testing import CliRunner
 
 from paxel_design.cli import app
-from paxel_runtime.acquisition import plan_exposures
+from paxel_runtime.captures.acquisition import plan_exposures
 from paxel_runtime.installation import Installation
 from paxel_runtime.storage import read_json
 from paxel_runtime.structured_light import plan_gray_sequence

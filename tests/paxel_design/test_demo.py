@@ -17,7 +17,7 @@ from scipy.ndimage import gaussian_filter
 from paxel_design.demo import run_demo
 from paxel_design.stages.projection import recorded_projections
 from paxel_runtime import load_model
-from paxel_runtime.acquisition import capture, plan_exposures
+from paxel_runtime.captures.acquisition import capture, plan_exposures
 from paxel_runtime.errors import InputError, UsageError
 from paxel_runtime.installation import Installation
 from paxel_runtime.inversion import invert

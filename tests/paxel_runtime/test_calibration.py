@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from paxel_runtime.calibration import fit_model, pattern_area, prediction_error
+from paxel_runtime.captures.exposures import plan_readings
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.model.pattern import Pattern
 

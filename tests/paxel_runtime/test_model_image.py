@@ -113,7 +113,7 @@ import resource
 from pathlib import Path
 import numpy as np
 from paxel_runtime.calibration import NodalImages, camera_to_XYZ, image_fields, kernel_sigma_px, spot_of_meter
-from paxel_runtime.exposures import plan_readings
+from paxel_runtime.captures.exposures import plan_readings
 from paxel_runtime.model_image import load_image_model, median_model, write_model_image
 from paxel_runtime.storage import model_to_dict, write_json
 import sys

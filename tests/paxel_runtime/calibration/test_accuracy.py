@@ -14,8 +14,8 @@ from paxel_runtime.calibration import (
     noise_floor,
     prediction_error,
 )
+from paxel_runtime.captures.exposures import Exposure, plan_readings
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import Exposure, plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 

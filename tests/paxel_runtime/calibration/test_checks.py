@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from paxel_runtime.calibration.checks import aperture_warning, check_readings
 from paxel_runtime.calibration.fit import fit_model
+from paxel_runtime.captures.exposures import plan_readings
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 
 RGB = ("red", "green", "blue")

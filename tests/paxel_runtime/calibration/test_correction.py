@@ -9,8 +9,8 @@ import pytest
 from paxel_runtime.calibration import correct_model, prediction_error
 from paxel_runtime.calibration.correction import LEAST_READINGS
 from paxel_runtime.calibration.fit import fit_model
+from paxel_runtime.captures.exposures import EXTRA_COUNT, Exposure, frame_codes, plan_readings
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
-from paxel_runtime.exposures import EXTRA_COUNT, Exposure, frame_codes, plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.model.pattern import Pattern
 

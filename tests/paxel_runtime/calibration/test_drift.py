@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from paxel_runtime.calibration.drift import correct_drift
-from paxel_runtime.exposures import Exposure, plan_readings
+from paxel_runtime.captures.exposures import Exposure, plan_readings
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 
 PLAN = plan_readings(("red", "green", "blue"), (3, 2), bits=8, seed=0, surfaces=("pattern", "white"))

@@ -19,10 +19,10 @@ from paxel_runtime.calibration import (
     sensitivity_matrix,
     spot_of_meter,
 )
+from paxel_runtime.captures.exposures import exposure_name, frame_codes, plan_readings
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.exposures import exposure_name, frame_codes, plan_readings
 from paxel_runtime.model.colorimetry import (
     D65_XYZ,
     WAVELENGTHS_NM,

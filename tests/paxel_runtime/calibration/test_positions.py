@@ -12,11 +12,11 @@ from paxel_runtime.calibration.checks import check_readings
 from paxel_runtime.calibration.drift import correct_drift
 from paxel_runtime.calibration.fit import fit_model
 from paxel_runtime.calibration.positions import local_white_gain, moved_to_mean, position_spread
+from paxel_runtime.captures.exposures import frame_codes, plan_readings
+from paxel_runtime.captures.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.devices.bench_qualities import QUALITIES
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import frame_codes, plan_readings
-from paxel_runtime.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.settings import make_settings

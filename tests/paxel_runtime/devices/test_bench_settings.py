@@ -12,7 +12,7 @@ from PIL import Image
 from paxel_design.patterns import make_pattern
 from paxel_design.stages.gamut import make_gamut
 from paxel_design.stages.print_sheet import make_print
-from paxel_runtime.acquisition import capture
+from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.devices.bench_setup import BAYER
 from paxel_runtime.devices.bench_spectra import read_projector_spectra
 from paxel_runtime.devices.virtual import BenchSetup
@@ -93,8 +93,8 @@ def test_a_key_reaches_the_bench(
     key: str, value: Any, field: str, expected: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[BenchSetup] = []
-    monkeypatch.setattr("paxel_runtime.stages.VirtualBench", seen.append)
-    monkeypatch.setattr("paxel_runtime.stages.load_pattern", lambda _: setup_of().pattern)
+    monkeypatch.setattr("paxel_runtime.stages.devices.VirtualBench", seen.append)
+    monkeypatch.setattr("paxel_runtime.stages.devices.load_pattern", lambda _: setup_of().pattern)
     default, changed = (make_settings(overrides=SMALL | extra) for extra in ({}, {key.replace("__", "."): value}))
     for settings in (default, changed):
         open_bench(Installation(tmp_path, settings))

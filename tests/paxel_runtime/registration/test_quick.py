@@ -14,7 +14,7 @@ from paxel_runtime.devices.virtual import VirtualBench
 from paxel_runtime.errors import CalibrationError, InputError
 from paxel_runtime.optics.geometry import CameraPose
 from paxel_runtime.registration import quick_frame, register_quick
-from paxel_runtime.stages_registration import relabel
+from paxel_runtime.stages.registration import relabel
 
 WIDTH, HEIGHT = 240, 136
 

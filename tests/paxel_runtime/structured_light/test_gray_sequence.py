@@ -263,7 +263,7 @@ def test_a_pixels_own_bits_have_the_last_word(
 
 @pytest.mark.skipif("PAXEL_DATA" not in os.environ, reason="PAXEL_DATA names no folder of measured data")
 def test_a_real_capture_of_a_printed_board() -> None:
-    from paxel_runtime.foreign import plane_figures
+    from paxel_runtime.captures.foreign import plane_figures
 
     folder = Path(os.environ["PAXEL_DATA"]) / "structured_light" / "procam_capture0_crop"
     names = [frame.name for frame in plan_gray_sequence(1024, 768)]

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from paxel_runtime.captures.exposures import Exposure
 from paxel_runtime.errors import InputError
-from paxel_runtime.exposures import Exposure
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
 from paxel_runtime.spectral_files import read_spectra, to_grid
 

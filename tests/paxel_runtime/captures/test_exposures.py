@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paxel_runtime.exposures import (
+from paxel_runtime.captures.exposures import (
     GRID_STEPS,
     RAMP_STEPS,
     RANDOM_COUNT,

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from paxel_runtime.captures.foreign import decode_folder, plane_figures
 from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.foreign import decode_folder, plane_figures
 from paxel_runtime.structured_light import plan_gray_sequence
 
 WIDTH, HEIGHT, SHAPE = 100, 60, (128, 208)

@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from paxel_design.commands.calibrate import _told
-from paxel_runtime import calibration_stage, load_model
-from paxel_runtime.acquisition import CaptureFolder
-from paxel_runtime.calibration_stage import calibrate
+from paxel_runtime import load_model
+from paxel_runtime.captures.acquisition import CaptureFolder
+from paxel_runtime.captures.exposures import EXTRA_COUNT, Exposure, mask_pixels, plan_geometry, plan_readings
+from paxel_runtime.captures.meter_positions import at_positions
 from paxel_runtime.errors import CalibrationError
-from paxel_runtime.exposures import EXTRA_COUNT, Exposure, mask_pixels, plan_geometry, plan_readings
 from paxel_runtime.installation import Installation
-from paxel_runtime.meter_positions import at_positions
 from paxel_runtime.model.colorimetry import D65_XYZ, WAVELENGTHS_NM
 from paxel_runtime.model_image import load_image_model
 from paxel_runtime.settings import make_settings
+from paxel_runtime.stages import calibration as calibration_stage
+from paxel_runtime.stages.calibration import calibrate
 from paxel_runtime.storage import read_image, read_json, write_json, write_tiff
 
 RGB = ("red", "green", "blue")

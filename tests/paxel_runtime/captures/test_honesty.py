@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, zoom
 
-from paxel_runtime.exposures import Exposure, frame_codes, plan_geometry, plan_readings
-from paxel_runtime.honesty import Finding, honesty_figures, judge, plan_honesty
+from paxel_runtime.captures.exposures import Exposure, frame_codes, plan_geometry, plan_readings
+from paxel_runtime.captures.honesty import Finding, honesty_figures, judge, plan_honesty
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 
 RGB = ("red", "green", "blue")

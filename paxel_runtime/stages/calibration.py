@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.acquisition import CaptureFolder, load_captures
 from paxel_runtime.calibration import (
     CameraToXYZ,
     ComparedColors,
@@ -33,16 +32,17 @@ from paxel_runtime.calibration import (
 )
 from paxel_runtime.calibration.checks import aperture_warning
 from paxel_runtime.calibration.drift import correct_drift
+from paxel_runtime.captures.acquisition import CaptureFolder, load_captures
+from paxel_runtime.captures.exposures import guide_channel
+from paxel_runtime.captures.honesty import honesty_figures, judge
+from paxel_runtime.captures.meter_positions import meter_positions_mm
+from paxel_runtime.captures.readings import load_readings, match_to_plan
 from paxel_runtime.clustering import label_detail, label_picture
-from paxel_runtime.exposures import guide_channel
-from paxel_runtime.honesty import honesty_figures, judge
 from paxel_runtime.installation import Installation
-from paxel_runtime.meter_positions import meter_positions_mm
 from paxel_runtime.model.cam16 import CAM16_UCS_difference
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, linear_sRGB_to_sRGB, observer
 from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.model_image import FOLDER, median_model, write_model_image
-from paxel_runtime.readings import load_readings, match_to_plan
 from paxel_runtime.storage import model_to_dict, read_image, read_tiff, write_image, write_json, write_npz, write_text
 
 __all__ = ["calibrate"]

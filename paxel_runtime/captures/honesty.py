@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
-from paxel_runtime.exposures import RAMP_STEPS, Exposure, Surface, exposure_name, guide_channel, mask_pixels
+from paxel_runtime.captures.exposures import RAMP_STEPS, Exposure, Surface, exposure_name, guide_channel, mask_pixels
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.registration import warp_to_nodal
 

@@ -13,13 +13,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from paxel_runtime.acquisition import CaptureFolder, load_captures
 from paxel_runtime.calibration import nodal_reflectance, nodal_to_linear_sRGB, sort_by_design
+from paxel_runtime.captures.acquisition import CaptureFolder, load_captures
+from paxel_runtime.captures.exposures import exposure_name, guide_channel
 from paxel_runtime.clustering import label_picture
 from paxel_runtime.devices.base import Camera, Projector
 from paxel_runtime.devices.photographs import read_photograph, to_one_plane
 from paxel_runtime.errors import CalibrationError, InputError
-from paxel_runtime.exposures import exposure_name, guide_channel
 from paxel_runtime.frame_files import write_frame
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ, spectra_to_XYZ

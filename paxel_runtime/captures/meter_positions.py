@@ -10,7 +10,7 @@ from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Literal
 
-from paxel_runtime.exposures import Exposure
+from paxel_runtime.captures.exposures import Exposure
 
 if TYPE_CHECKING:
     from paxel_runtime.settings import Settings

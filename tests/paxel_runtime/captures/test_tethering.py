@@ -14,16 +14,16 @@ import pytest
 import tifffile
 from numpy.typing import NDArray
 
+from paxel_runtime.captures.exposures import Exposure, plan_geometry
+from paxel_runtime.captures.measurements import append_measurement
+from paxel_runtime.captures.meter_positions import at_positions
+from paxel_runtime.captures.tethering import FolderDevices, FolderSession, frame_file, load_folder_readings
 from paxel_runtime.errors import CalibrationError, DeviceError
-from paxel_runtime.exposures import Exposure, plan_geometry
 from paxel_runtime.frame_files import read_frame
 from paxel_runtime.installation import Installation
-from paxel_runtime.measurements import append_measurement
-from paxel_runtime.meter_positions import at_positions
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 from paxel_runtime.settings import make_settings
 from paxel_runtime.storage import read_tiff
-from paxel_runtime.tethering import FolderDevices, FolderSession, frame_file, load_folder_readings
 
 SIZE, SHAPE = (48, 32), (72, 112)
 RGB = ("red", "green", "blue")

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from paxel_runtime.acquisition import _Session, plan_exposures
+from paxel_runtime.captures.acquisition import _Session, plan_exposures
+from paxel_runtime.captures.exposures import exposure_from_dict, exposure_to_dict
+from paxel_runtime.captures.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.devices.base import Devices
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.errors import SettingsError
-from paxel_runtime.exposures import exposure_from_dict, exposure_to_dict
 from paxel_runtime.installation import Installation
-from paxel_runtime.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.settings import Settings, make_settings
 

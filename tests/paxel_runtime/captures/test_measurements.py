@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from paxel_runtime.captures.measurements import append_measurement, read_measurements
 from paxel_runtime.errors import InstallationError
-from paxel_runtime.measurements import append_measurement, read_measurements
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
 
 

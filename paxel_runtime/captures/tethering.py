@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_runtime.captures.exposures import Exposure, frame_codes, guide_channel
+from paxel_runtime.captures.meter_positions import meter_positions_mm
+from paxel_runtime.captures.readings import load_readings, match_to_plan
 from paxel_runtime.devices.folder import Arrivals, file_key, wait_for
 from paxel_runtime.devices.photographs import read_photograph, to_one_plane
 from paxel_runtime.errors import CalibrationError, DeviceError, InputError
-from paxel_runtime.exposures import Exposure, frame_codes, guide_channel
 from paxel_runtime.frame_files import write_frame
 from paxel_runtime.installation import Installation
-from paxel_runtime.meter_positions import meter_positions_mm
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM
-from paxel_runtime.readings import load_readings, match_to_plan
 from paxel_runtime.storage import read_json, read_tiff, write_json, write_text, write_tiff
 from paxel_runtime.structured_light.inspection import Problem, capture_problem
 from paxel_runtime.structured_light.samples import Sample, take_sample

@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 
 from paxel_runtime.calibration import sort_pixels
 from paxel_runtime.calibration.nodal import Normalise
-from paxel_runtime.clustering import cluster_figures
-from paxel_runtime.devices.base import Devices
-from paxel_runtime.exposures import (
+from paxel_runtime.captures.exposures import (
     EXTRA_COUNT,
     Exposure,
     Surface,
@@ -34,10 +32,13 @@ from paxel_runtime.exposures import (
     plan_geometry,
     plan_readings,
 )
-from paxel_runtime.honesty import plan_honesty
+from paxel_runtime.captures.honesty import plan_honesty
+from paxel_runtime.captures.measurements import append_measurement, read_measurements
+from paxel_runtime.captures.meter_positions import at_positions, meter_positions_mm
+from paxel_runtime.captures.tethering import FolderDevices, FolderSession, frame_file, load_folder_readings
+from paxel_runtime.clustering import cluster_figures
+from paxel_runtime.devices.base import Devices
 from paxel_runtime.installation import Installation
-from paxel_runtime.measurements import append_measurement, read_measurements
-from paxel_runtime.meter_positions import at_positions, meter_positions_mm
 from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_linear_sRGB, linear_sRGB_to_XYZ, spectra_to_XYZ
 from paxel_runtime.model.pattern import Colorant
 from paxel_runtime.printed import printed_fiducials, printed_pattern
@@ -53,7 +54,6 @@ from paxel_runtime.storage import (
     write_npz,
     write_tiff,
 )
-from paxel_runtime.tethering import FolderDevices, FolderSession, frame_file, load_folder_readings
 
 __all__ = ["CaptureFolder", "capture", "load_captures", "plan_exposures"]
 

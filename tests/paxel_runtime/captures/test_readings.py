@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from paxel_runtime.captures.exposures import plan_readings
+from paxel_runtime.captures.measurements import append_measurement
+from paxel_runtime.captures.readings import XYZ_to_spectra, load_readings, match_to_plan, readings_from_colour
 from paxel_runtime.errors import InputError
-from paxel_runtime.exposures import plan_readings
-from paxel_runtime.measurements import append_measurement
 from paxel_runtime.model.colorimetry import WAVELENGTHS_NM, spectra_to_XYZ
-from paxel_runtime.readings import XYZ_to_spectra, load_readings, match_to_plan, readings_from_colour
 
 PLAN = plan_readings(("red", "green", "blue"), (2,), bits=8, seed=0, surfaces=("pattern", "white"))
 
