@@ -80,7 +80,7 @@ STAGES: tuple[Stage, ...] = (
         "calibration",
         "calibrate",
         "calibration.json",
-        ("model.kind", "model.response", "model.observer_deg", "model.correction", "model.camera_to_XYZ"),
+        ("model.kind", "model.response", "model.observer_deg", "model.correction", "model.camera_to_XYZ", "model.white"),
         ("captures/exposures.json", "captures/complete.json"),
     ),
     Stage("gamut", "gamut", "*.json", (), ("calibration/model.json",)),

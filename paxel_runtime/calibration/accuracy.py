@@ -203,17 +203,18 @@ def field_ratios(
     Returns
     -------
     dict of cluster -> dict of channel -> [5 %, 50 %, 95 %]
-        Quantiles over the field of (light on the pattern) / (light on the white surface), averaged over some dots.
+        Quantiles over the field of (light on the pattern) / (light on the white surface), averaged over some dots; with
+        one surface, of (light of this cluster) / (light of all clusters under this channel).
     """
     K = len(clusters)
     inner = uniform_filter(inside.astype(np.float32), _FIELD_WINDOW_PX, mode="constant") > 0.999
     ratios: dict[str, dict[str, list[float]]] = {name: {} for name in clusters}
+    pictures = [e for e in plan if e.device == "camera" and e.clusters == K]
     dark = {
         (surface, channel): captures(exposure_name(surface, "dark", channel, channels)).astype(np.float32)
-        for surface in ("pattern", "white")
+        for surface in dict.fromkeys(e.surface for e in pictures)
         for channel in channels
     }
-    pictures = [e for e in plan if e.device == "camera" and e.clusters == K]
     light: dict[tuple[str, int, str], NDArray[np.float32]] = {}
     for e in pictures:
         i = int(np.argmax(np.max(np.array(e.P), axis=1)))
@@ -221,6 +222,9 @@ def field_ratios(
         light[e.surface, i, e.channel] = uniform_filter(np.where(inside, nodal, 0), _FIELD_WINDOW_PX)[inner]
     for i, name in enumerate(clusters):
         for channel in channels:
-            share = light["pattern", i, channel] / np.maximum(light["white", i, channel], 1e-3)
+            whole = light.get(("white", i, channel))
+            if whole is None:
+                whole = np.sum([light["pattern", k, channel] for k in range(K)], axis=0)
+            share = light["pattern", i, channel] / np.maximum(whole, 1e-3)
             ratios[name][channel] = [float(q) for q in np.quantile(share, (0.05, 0.5, 0.95))]
     return ratios

@@ -79,12 +79,22 @@ def nodal_to_linear_sRGB(nodal: NDArray[np.float32], channels: tuple[str, ...]) 
     return nodal
 
 
-def reflectance_picture(captures: Captures, reference: str) -> NDArray[np.float32]:
+def reflectance_picture(
+    captures: Captures, reference: Normalise, dot_camera_px: float | None = None
+) -> NDArray[np.float32]:
     """The print under full light over the white sheet under the same light, in the camera's raster, (h, w, 3) float32.
 
-    Black-subtracted; 1 on bare paper, NaN where there is too little light to tell.
+    Black-subtracted; 1 on bare paper, NaN where there is too little light to tell. With ``"field"`` each plane over its
+    own light averaged over some dots, as in `nodal_reflectance`; then `dot_camera_px`, the edge of a dot in the camera's
+    picture, must be given.
     """
-    return _over(_planes(captures, "pattern"), _planes(captures, reference))
+    light = _planes(captures, "pattern")
+    if reference == "field":
+        assert light is not None
+        assert dot_camera_px is not None
+        lit = np.ones(light.shape[:2], bool)
+        return np.stack([_over_own_field(plane, lit, dot_camera_px) for plane in np.moveaxis(light, -1, 0)], axis=-1)
+    return _over(light, _planes(captures, reference))
 
 
 def pattern_area(ink: NDArray[np.bool_], dot_px: float) -> NDArray[np.bool_]:

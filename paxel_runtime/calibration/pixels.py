@@ -213,6 +213,12 @@ def sort_pixels(
     return SortedPixels(registration, verdicts, nodal, valid, by_design, figures, check)
 
 
+def _camera_px_per_px(guide: ChannelRegistration) -> float:
+    """Pixels of the camera a pixel of the projector, the median over the field."""
+    steps = np.diff(guide.camera_xy.astype(np.float64), axis=1)
+    return float(np.nanmedian(np.hypot(steps[..., 0], steps[..., 1])))
+
+
 def sort_by_design(
     captures: Captures,
     guide: ChannelRegistration,
@@ -248,7 +254,7 @@ def sort_by_design(
         See `registration.DesignRegistration`.
     """
     colors = np.array([XYZ_to_linear_sRGB(colorants[name]) for name in pattern.colorants])
-    picture = reflectance_picture(captures, normalise)
+    picture = reflectance_picture(captures, normalise, dot_px * _camera_px_per_px(guide))
     mm_per_px = pattern.dot_size_mm * float(np.mean(pattern.print_scale)) / dot_px
     to_mm = None
     if np.size(corners_px):

@@ -59,6 +59,13 @@ __all__ = ["CaptureFolder", "capture", "load_captures", "plan_exposures"]
 
 Progress = Callable[[str, int, int], None]
 
+_SURFACES: dict[str, tuple[Surface, ...]] = {
+    "white": ("pattern", "white"),
+    "gray": ("pattern", "white", "paper"),
+    "none": ("pattern",),
+}
+"""What is looked at, by ``[model] second_surface``."""
+
 
 @dataclass(frozen=True, eq=False)
 class CaptureFolder:
@@ -90,9 +97,7 @@ def plan_exposures(installation: Installation) -> list[Exposure]:
     """Every exposure of an installation, in the order of capture: geometry first."""
     settings = installation.settings
     counts = cluster_counts(settings.clusters.count, len(settings.pattern.colorants))
-    surfaces: tuple[Surface, ...] = ("pattern", "white")
-    if settings.model.second_surface == "gray":
-        surfaces += ("paper",)
+    surfaces = _SURFACES[settings.model.second_surface]
     channels, bits = settings.projector.channels, settings.projector.bits
     readings = plan_readings(
         channels,
@@ -106,8 +111,9 @@ def plan_exposures(installation: Installation) -> list[Exposure]:
     readings = at_positions(readings, settings.meter.positions, settings.clusters.count)
     width, height = settings.projector.resolution
     shorter_mm = settings.projector.width_mm * min(1.0, height / width)
-    honesty = plan_honesty(channels, "white", bits=bits, spot_share=settings.meter.aperture_mm / shorter_mm)
-    place = next(i for i, e in enumerate(readings) if e.surface == "white")
+    uniform = "white" if "white" in surfaces else "pattern"
+    honesty = plan_honesty(channels, uniform, bits=bits, spot_share=settings.meter.aperture_mm / shorter_mm)
+    place = next(i for i, e in enumerate(readings) if e.surface == uniform)
     geometry = plan_geometry(channels, (width, height), surfaces, settings.light.method)
     return [*geometry, *readings[:place], *honesty, *readings[place:]]
 
@@ -307,18 +313,21 @@ def _expected_colors(settings: Settings, library: Mapping[str, Colorant]) -> dic
     if _normalisation(settings) != "field":
         white_Y = spectra_to_XYZ(library["white"].reflectance)[1]
         return {name: spectra_to_XYZ(ink.reflectance) / white_Y * D65_XYZ for name, ink in inks.items()}
-    emitted = [
-        np.zeros_like(ink.reflectance) if ink.fluorescence is None else ink.fluorescence.emission
-        for ink in inks.values()
-    ]
-    planes = np.maximum(XYZ_to_linear_sRGB(spectra_to_XYZ(np.array(emitted))), 0.0)
+    if set(settings.projector.channels) == {"uv"}:
+        light = [
+            np.zeros_like(ink.reflectance) if ink.fluorescence is None else ink.fluorescence.emission
+            for ink in inks.values()
+        ]
+    else:
+        light = [ink.reflectance for ink in inks.values()]
+    planes = np.maximum(XYZ_to_linear_sRGB(spectra_to_XYZ(np.array(light))), 0.0)
     planes /= np.maximum(planes.max(axis=0), 1e-12)
     return dict(zip(inks, linear_sRGB_to_XYZ(planes).astype(np.float64), strict=True))
 
 
 def _normalisation(settings: Settings) -> Normalise:
-    """What nodal images are divided by: white paper, unless it does not shine under the projector's light."""
-    if set(settings.projector.channels) == {"uv"}:
+    """What nodal images are divided by: white paper, unless there is none or it does not shine under the light."""
+    if settings.model.second_surface == "none" or set(settings.projector.channels) == {"uv"}:
         return "field"
     return "paper" if settings.model.second_surface == "gray" else "white"
 

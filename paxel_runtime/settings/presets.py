@@ -18,11 +18,13 @@ PRESETS: dict[str, dict[str, Any]] = {
         "pattern.layout": "tiles",
         "pattern.colorants": ["red", "green", "blue"],
         "projector.channels": ["white"],
+        "model.second_surface": "none",
     },
     "uv-rgb": {
         "pattern.layout": "tiles",
         "pattern.colorants": ["uv-red", "uv-green", "uv-blue"],
         "projector.channels": ["uv"],
+        "model.second_surface": "none",
     },
 }
 """Whole installations by name: what they change from the defaults."""

@@ -222,8 +222,15 @@ class ClusterSettings(Section):
 class ModelSettings(Section):
     """The prediction of colours."""
 
-    second_surface: Literal["white", "gray"] = Field(
-        "white", description="sheet that is laid over the pattern; gray needs the white paper once more, as reference"
+    second_surface: Literal["white", "gray", "none"] = Field(
+        "white",
+        description="sheet that is laid over the pattern; gray needs the white paper once more, as reference; none: "
+        "pictures are shown on the pattern alone",
+    )
+    white: Literal["full", "D50", "D65"] | tuple[Share, Share] = Field(
+        "full",
+        description='white where there is no second surface: "full" = all clusters at full; or the brightest light of '
+        '"D50", "D65" or a chromaticity [x, y]',
     )
     ramps: Literal["meter", "camera"] = Field("meter", description="what measures the response curves")
     response: Literal["measured", "gamma"] = Field(
@@ -390,6 +397,19 @@ class Settings(Section):
                 f"bench.channel_blur must be one for each of the {len(self.projector.channels)} channels, or [], "
                 f"got {list(self.bench.channel_blur)}"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _white_where_there_is_no_sheet(self) -> Settings:
+        if self.model.white != "full" and self.model.second_surface != "none":
+            raise ValueError(
+                f'model.white must be "full" where there is a second surface (its paper is the white), '
+                f"got {self.model.white!r}"
+            )
+        if self.model.white != "full" and self.model.kind == "image":
+            raise ValueError(f'model.white must be "full" where model.kind is "image", got {self.model.white!r}')
+        if isinstance(self.model.white, tuple) and not (self.model.white[1] > 0 and sum(self.model.white) < 1):
+            raise ValueError(f"model.white must be a chromaticity with y > 0, x + y < 1, got {list(self.model.white)}")
         return self
 
     @model_validator(mode="after")

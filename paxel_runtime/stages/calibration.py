@@ -32,6 +32,7 @@ from paxel_runtime.calibration import (
 )
 from paxel_runtime.calibration.checks import aperture_warning
 from paxel_runtime.calibration.drift import correct_drift
+from paxel_runtime.calibration.white_point import WHITES, brightest_of_chromaticity, with_white_point
 from paxel_runtime.captures.acquisition import CaptureFolder, load_captures
 from paxel_runtime.captures.exposures import guide_channel
 from paxel_runtime.captures.honesty import honesty_figures, judge
@@ -105,7 +106,7 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
     findings = judge(
         as_read,
         model.channels,
-        "white",
+        "pattern" if model.white is None else "white",
         images.captures if any(e.name == "honest-columns" for e in captures.plan) else None,
         captures.camera_xy[guide_channel(model.channels)],
     )
@@ -114,7 +115,7 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
         images.captures, captures.plan, model.channels, captures.camera_xy, images.inside, model.clusters
     )
     with installation.writing("calibration") as folder:
-        description = model_to_dict(model)
+        description = model_to_dict(_under_white(model, settings.model.white))
         if conversion is not None:
             description = _write_model_image(installation, images, conversion, model, folder, progress)
         write_json(folder / "model.json", description)
@@ -152,6 +153,14 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
             },
         )
     return accuracy
+
+
+def _under_white(model: PredictionModel, white: str | tuple[float, float]) -> PredictionModel:
+    """The model under the white that ``[model] white`` names."""
+    if white == "full":
+        return model
+    xy = WHITES[white] if isinstance(white, str) else white
+    return with_white_point(model, brightest_of_chromaticity(model, xy)[0])
 
 
 def _fit(
