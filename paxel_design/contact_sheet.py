@@ -6,6 +6,7 @@ pictures (uint8 sRGB) and words; computes no colour and no figure.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -153,9 +154,13 @@ def demo_sheet(
     notes : str
         One line under the title: setup, resolution, distance.
     """
+    one_surface = all(effect.on_white is None for effect in effects)
     h, w = _TILE[1] // _CLUSTER_ZOOM, _TILE[0] // _CLUSTER_ZOOM
     cluster_map = _middle(label_picture(labels, cluster_names), w, h)
-    lines: list[str | tuple[tuple[int, int, int], str]] = [*(explanation or _HOW_IT_WORKS), ""]
+    lines: list[str | tuple[tuple[int, int, int], str]] = [
+        *(explanation or (_HOW_ONE_CHANNEL_WORKS if one_surface else _HOW_IT_WORKS)),
+        "",
+    ]
     for name, color in zip(cluster_names, cluster_colors(cluster_names), strict=True):
         lines.append((tuple(int(v) for v in color), _cluster_words(name)))  # type: ignore[arg-type]
     setup = Group(
@@ -169,7 +174,8 @@ def demo_sheet(
         ),
     )
     groups = [setup, *(_effect_group(effect) for effect in effects)]
-    write_contact_sheet(path, groups, "Paxel: one projection, two surfaces", notes)
+    title = "Paxel: colour from the print" if one_surface else "Paxel: one projection, two surfaces"
+    write_contact_sheet(path, groups, title, notes)
 
 
 def write_contact_sheet(path: Path, groups: Sequence[Group], title: str, notes: str = "") -> None:
@@ -221,9 +227,15 @@ _HOW_IT_WORKS = (
     "another on a white sheet held in front of it.",
 )
 
+_HOW_ONE_CHANNEL_WORKS = (
+    "A projector pixel lights one spot of the print. Sorted by the ink they hit, the pixels form clusters.",
+    "Each cluster has the colour of its ink, so a projector of one channel shows pictures in full colour: from a "
+    "distance the eye mixes the dots.",
+)
+
 
 def _cluster_words(name: str) -> str:
-    base = name.split("-")[0]
+    base = re.sub(r"-\d+$", "", name)
     return f"pixels on {base}" if "+" not in base else f"pixels on the edges of {base.replace('+', ' and ')} ({name})"
 
 
@@ -233,18 +245,15 @@ def _effect_group(effect: EffectTiles) -> Group:
         Tile(effect.projection, "the projection image"),
         Tile(effect.projection, "its middle at 100 %", cropped=True),
     ]
+    alone = effect.on_pattern is None or effect.on_white is None
     rows: list[tuple[Tile | Text, ...]] = []
     for surface, words in ((effect.on_pattern, "on the print"), (effect.on_white, "on the white sheet")):
         if surface is not None:
-            rows.append(
-                (
-                    left[len(rows)],
-                    Tile(surface.source, f"wanted {words}"),
-                    Tile(surface.mapped, "in colours both surfaces allow"),
-                    Tile(surface.seen, "seen, true brightness"),
-                    Tile(surface.seen_adapted, f"seen {words}, eye adapted", surface.note, emphasis=True),
-                )
-            )
+            wanted = Tile(surface.source, f"wanted {words}")
+            mapped = Tile(surface.mapped, "in colours the print allows" if alone else "in colours both surfaces allow")
+            seen = Tile(surface.seen, "seen, true brightness")
+            adapted = Tile(surface.seen_adapted, f"seen {words}, eye adapted", surface.note, emphasis=True)
+            rows.append((*left, wanted, mapped, adapted) if alone else (left[len(rows)], wanted, mapped, seen, adapted))
     return Group(effect.heading, tuple(rows))
 
 

@@ -25,7 +25,7 @@ from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.errors import UsageError
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
-from paxel_runtime.model.effects import DualImage, Effect, Neutralize
+from paxel_runtime.model.effects import DualImage, Effect, Monochrome, Neutralize
 from paxel_runtime.pictures import load_picture
 from paxel_runtime.printed import load_pattern
 from paxel_runtime.projection import picture_surfaces
@@ -116,8 +116,10 @@ def _write_pictures(folder: Path) -> None:
 
 
 def _effects(installation: Installation) -> list[tuple[Effect, dict[str, Path]]]:
-    """The demonstration's two projections with their pictures."""
+    """The demonstration's projections with their pictures: two, or one where the pattern is the only surface."""
     folder = installation.path / "pictures"
+    if installation.settings.model.second_surface == "none":
+        return [(Monochrome(), {"image": folder / PICTURES["on_pattern"][0]})]
     return [
         (effect, {name: folder / PICTURES[name][0] for name in effect.pictures})
         for effect in (DualImage(), Neutralize())
@@ -173,11 +175,11 @@ def _effect_tiles(installation: Installation, effect: Effect, sources: dict[str,
 def _figures(installation: Installation, seconds: float) -> dict[str, Any]:
     """The figures of the run, collected from the stages' records."""
     accuracy = read_json(installation.folder("calibration") / "accuracy.json")
-    lightness = read_json(installation.folder("gamut") / "lightness.json")
+    lightness = installation.folder("gamut") / "lightness.json"
     figures: dict[str, Any] = {
         "measured_on": accuracy["measured_on"],
-        "prediction": {surface: accuracy[surface] for surface in ("pattern", "white")},
-        "lightness_rectangle": lightness["rectangle"],
+        "prediction": {surface: accuracy[surface] for surface in ("pattern", "white") if surface in accuracy},
+        **({"lightness_rectangle": read_json(lightness)["rectangle"]} if lightness.is_file() else {}),
     }
     for effect, _ in _effects(installation):
         projection = read_json(installation.folder("projection") / f"{effect.key}.json")

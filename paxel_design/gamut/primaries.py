@@ -18,7 +18,9 @@ from paxel_runtime.model.prediction import PredictionModel
 __all__ = ["neutral_shares", "primaries_figures"]
 
 
-def neutral_shares(primaries: ArrayLike, shares: ArrayLike, xy: ArrayLike = WHITES["D65"]) -> NDArray[np.float64] | None:
+def neutral_shares(
+    primaries: ArrayLike, shares: ArrayLike, xy: ArrayLike = WHITES["D65"]
+) -> NDArray[np.float64] | None:
     """Area shares with which all three colorants at full give a chromaticity, so that no light is wasted.
 
     Parameters

@@ -85,8 +85,8 @@ def reflectance_picture(
     """The print under full light over the white sheet under the same light, in the camera's raster, (h, w, 3) float32.
 
     Black-subtracted; 1 on bare paper, NaN where there is too little light to tell. With ``"field"`` each plane over its
-    own light averaged over some dots, as in `nodal_reflectance`; then `dot_camera_px`, the edge of a dot in the camera's
-    picture, must be given.
+    own light averaged over some dots, as in `nodal_reflectance`; then `dot_camera_px` must be given, the edge of a dot
+    in the camera's picture.
     """
     light = _planes(captures, "pattern")
     if reference == "field":

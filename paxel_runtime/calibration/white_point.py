@@ -1,8 +1,8 @@
 """The white of a scene that has no white surface: what all clusters at full give, or a chromaticity of one's choice.
 
-With one surface nothing in the scene says what white is (design: section 4). Full light on every cluster is the default;
-its tint is that of the inks' areas. Another chromaticity makes neutral pictures that colour, at the greatest luminance
-that the inputs reach with it. Pure functions of a model.
+With one surface nothing in the scene says what white is (design: section 4). Full light on every cluster is the
+default; its tint is that of the inks' areas. Another chromaticity makes neutral pictures that colour, at the greatest
+luminance that the inputs reach with it. Pure functions of a model.
 """
 
 from __future__ import annotations
