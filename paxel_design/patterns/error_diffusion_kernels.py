@@ -9,10 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
+
 __all__ = ["diffuse"]
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def diffuse(
     share: float,
     right: float,

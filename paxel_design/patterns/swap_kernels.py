@@ -9,10 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import CALLED, KERNEL
+
 __all__ = ["sweep"]
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def sweep(
     cells: NDArray[np.uint8],
     blurred: NDArray[np.float64],
@@ -85,7 +87,7 @@ def sweep(
     return swaps
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _wrap(index: int, size: int) -> int:
     """Index on the torus of one that is at most once around it outside: a remainder costs more than the rest."""
     if index < 0:
@@ -95,7 +97,7 @@ def _wrap(index: int, size: int) -> int:
     return index
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _move(blurred: NDArray[np.float64], kernel: NDArray[np.float64], r: int, c: int, r_to: int, c_to: int) -> None:
     """Update one blurred field when a cell of its class leaves (r, c) for (r_to, c_to)."""
     height, width = blurred.shape

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from paxel_design.patterns.request import LayoutRequest, apportion
-from paxel_design.patterns.visibility import colorants_to_XYZ, row_visibility
+from paxel_design.patterns.visibility import row_visibility
+from paxel_design.visibility.s_cielab import colorants_to_XYZ
 from paxel_runtime.errors import InputError
 
 __all__ = ["MOST_CELLS", "SHARE_TOLERANCE", "stripes", "tile_counts", "tile_of", "tiles"]

@@ -9,10 +9,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import CALLED, KERNEL
+
 __all__ = ["fill_voids", "relax"]
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _scan(
     ones: NDArray[np.uint8], blurred: NDArray[np.float64], best: NDArray[np.float64], at: NDArray[np.int64], r: int
 ) -> None:
@@ -26,7 +28,7 @@ def _scan(
             best[value, r], at[value, r] = crowd, c
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _scan_all(ones: NDArray[np.uint8], blurred: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     best, at = np.empty((2, ones.shape[0])), np.empty((2, ones.shape[0]), np.int64)
     for r in range(ones.shape[0]):
@@ -34,7 +36,7 @@ def _scan_all(ones: NDArray[np.uint8], blurred: NDArray[np.float64]) -> tuple[ND
     return best, at
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _extreme(best: NDArray[np.float64], at: NDArray[np.int64], value: int) -> tuple[int, int]:
     """Row and column of the tightest cluster (1) or the largest void (0); the first of equals."""
     r_best = 0
@@ -44,7 +46,7 @@ def _extreme(best: NDArray[np.float64], at: NDArray[np.int64], value: int) -> tu
     return r_best, at[value, r_best]
 
 
-@njit(cache=True)
+@njit(**CALLED)
 def _set(
     ones: NDArray[np.uint8],
     blurred: NDArray[np.float64],
@@ -67,7 +69,7 @@ def _set(
         _scan(ones, blurred, best, at, row)
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def relax(ones: NDArray[np.uint8], blurred: NDArray[np.float64], kernel: NDArray[np.float64], most: int) -> int:
     """Move the one of the tightest cluster into the largest void until it falls back into its own place.
 
@@ -98,7 +100,7 @@ def relax(ones: NDArray[np.uint8], blurred: NDArray[np.float64], kernel: NDArray
     return most
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def fill_voids(ones: NDArray[np.uint8], blurred: NDArray[np.float64], kernel: NDArray[np.float64], count: int) -> None:
     """Set the largest void to one, `count` times; arrays as for `relax`."""
     best, at = _scan_all(ones, blurred)

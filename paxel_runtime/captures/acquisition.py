@@ -82,6 +82,8 @@ class CaptureFolder:
     labels : dict of K -> (H, W) uint8 array
     facts : dict
         ``complete.json``: figures of registration and clusters.
+    coverage : (H, W, 1 or N, M) uint8 array, optional
+        Share of each colorant in each pixel, 255 = all, where pixels were sorted by the printed design.
     """
 
     plan: list[Exposure]
@@ -91,6 +93,7 @@ class CaptureFolder:
     nodal: NDArray[np.float32]
     labels: dict[int, NDArray[np.uint8]]
     facts: dict[str, Any]
+    coverage: NDArray[np.uint8] | None = None
 
 
 def plan_exposures(installation: Installation) -> list[Exposure]:
@@ -111,7 +114,7 @@ def plan_exposures(installation: Installation) -> list[Exposure]:
     readings = at_positions(readings, settings.meter.positions, settings.clusters.count)
     width, height = settings.projector.resolution
     shorter_mm = settings.projector.width_mm * min(1.0, height / width)
-    uniform = "white" if "white" in surfaces else "pattern"
+    uniform: Surface = "white" if "white" in surfaces else "pattern"
     honesty = plan_honesty(channels, uniform, bits=bits, spot_share=settings.meter.aperture_mm / shorter_mm)
     place = next(i for i, e in enumerate(readings) if e.surface == uniform)
     geometry = plan_geometry(channels, (width, height), surfaces, settings.light.method)
@@ -187,6 +190,7 @@ def load_captures(installation: Installation) -> CaptureFolder:
     facts = read_json(folder / "complete.json")
     record = read_json(folder / "exposures.json")
     plan = [exposure_from_dict(e) for e in record["exposures"]]
+    coverage = folder / "coverages.npz"
     by_folder, table = record.get("device") == "folder", folder / "measurements.csv"
     tables = read_npz(folder / "registration.npz")
     prefix = "camera_xy_"
@@ -198,6 +202,7 @@ def load_captures(installation: Installation) -> CaptureFolder:
         nodal=tables["nodal"],
         labels={int(K): read_image(folder / f"clusters-K{K}.png") for K in facts["clusters"]},
         facts=facts,
+        coverage=read_npz(coverage)["coverage"] if coverage.is_file() else None,
     )
 
 
@@ -288,6 +293,8 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
         nodal=sorting.nodal,
         **{f"camera_xy_{name}": table.camera_xy for name, table in sorting.registration.items()},
     )
+    if sorting.coverage is not None:
+        write_npz(folder / "coverages.npz", coverage=sorting.coverage)
     for K, clusters in sorting.clusters.items():
         write_image(folder / f"clusters-K{K}.png", clusters.labels)
     figures = {

@@ -5,7 +5,8 @@ import pytest
 
 from paxel_design.patterns import colorants_of, make_pattern
 from paxel_design.patterns.tiles import MOST_CELLS, SHARE_TOLERANCE, tile_counts, tile_of
-from paxel_design.patterns.visibility import colorants_to_XYZ, row_visibility
+from paxel_design.patterns.visibility import row_visibility
+from paxel_design.visibility.s_cielab import colorants_to_XYZ
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import XYZ_to_Lab, spectra_to_XYZ
 

@@ -1,0 +1,24 @@
+"""Before printing: the spectrum of a layout, how visible it is, and how it beats against a projector's raster."""
+
+from paxel_design.visibility.moire import Beat, Moire, beats, moire, moire_picture, worst_moire
+from paxel_design.visibility.spectrum import (
+    LayoutSpectrum,
+    PatternVisibility,
+    layout_spectrum,
+    pattern_visibility,
+    radial_average,
+)
+
+__all__ = [
+    "Beat",
+    "LayoutSpectrum",
+    "Moire",
+    "PatternVisibility",
+    "beats",
+    "layout_spectrum",
+    "moire",
+    "moire_picture",
+    "pattern_visibility",
+    "radial_average",
+    "worst_moire",
+]
