@@ -78,6 +78,14 @@ _DETAILS = {
     "design",
     "by_input",
     "extra_readings",
+    "dE00_rms",
+    "source_dE00_p95",
+    "ghosting_fine_percent",
+    "pictures_correlation",
+    "texture_L",
+    "local_contrast_L",
+    "L_range_mapped",
+    "chroma_mean_mapped",
 }
 """Figures for whoever looks into the file, at any depth."""
 

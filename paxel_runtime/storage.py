@@ -252,7 +252,8 @@ def _numbers(data: Any, key: str, shape: tuple[int, ...], source: str) -> NDArra
     except ValueError:
         raise InputError(f"{source}: {key} must be numbers in shape {shape}") from None
     if values.shape != shape or not np.all(np.isfinite(values)):
-        raise InputError(f"{source}: {key} must be finite numbers in shape {shape}, got shape {values.shape}")
+        found = f"shape {values.shape}" if values.shape != shape else "numbers that are not finite"
+        raise InputError(f"{source}: {key} must be finite numbers in shape {shape}, got {found}")
     return values
 
 

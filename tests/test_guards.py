@@ -64,6 +64,8 @@ def test_the_bench_shares_only_colorimetry_and_the_pattern_with_the_estimators()
         "paxel_runtime.model.colorimetry",
         "paxel_runtime.model.fluorescence",  # what a colorant of the pattern is
         "paxel_runtime.model.pattern",
+        "paxel_runtime.numba_options",  # how kernels are compiled
+        "paxel_runtime.bands",  # bands of rows on threads
         "paxel_runtime.optics",
         "paxel_runtime.spectral_files",  # reads tables of numbers
     )

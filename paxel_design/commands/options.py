@@ -15,11 +15,21 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EFFECT_OPTIONS",
+    "Angle",
     "Dir",
+    "EffectOption",
+    "EffectsOption",
     "Force",
     "Json",
+    "LabOption",
+    "Lightness",
+    "LightnessBand",
     "Preset",
+    "Scale",
     "Set",
+    "ShownOn",
+    "Strength",
+    "Tolerance",
     "effect_of",
     "open_installation",
     "overrides_of",
@@ -32,6 +42,7 @@ EFFECT_OPTIONS = {
     "lightness": "lightness",
     "lightness_band": "lightness_band",
     "scale": "scale",
+    "strength": "strength",
     "tolerance": "tolerance",
 }
 """Options of the command line that set a field of an effect."""
@@ -39,6 +50,30 @@ EFFECT_OPTIONS = {
 Dir = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of the installation.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object on standard output.")]
 Force = Annotated[bool, typer.Option("--force", help="Make it anew although nothing changed.")]
+
+
+def _option(help: str, *names: str, metavar: str | None = None) -> Any:
+    return typer.Option(*names, help=help, metavar=metavar, show_default=False)
+
+
+_EFFECTS = (
+    "full, hue-shift, chroma, decolorize, neutralize, full-change, dual-image, watermark or monochrome; settings may "
+    "follow, as hue-shift:45 or dual-image:volume."
+)
+EffectOption = Annotated[str, _option(_EFFECTS, "--effect")]
+EffectsOption = Annotated[list[str] | None, _option(f"Only this effect: {_EFFECTS} Repeat for several.", "--effect")]
+ShownOn = Annotated[str, typer.Option(help="Surface of the picture: pattern or white.")]
+Angle = Annotated[float | None, _option("Turn of hue of hue-shift, degrees, -170 to 170 (45).")]
+Scale = Annotated[float | None, _option("What chroma multiplies chroma by (0.5).")]
+Lightness = Annotated[str | None, _option("Of decolorize's grays: free, relative or same (free).")]
+LightnessBand = Annotated[
+    float | None, _option("Of hue-shift and chroma: largest difference of L* between the surfaces (free).")
+]
+LabOption = Annotated[
+    tuple[float, float, float] | None, _option("Uniform colour of neutralize (50 0 0).", "--lab", metavar="L A B")
+]
+Tolerance = Annotated[float | None, _option("Of neutralize, and of decolorize with lightness free, dE00 (0 = exact).")]
+Strength = Annotated[float | None, _option("Of watermark: what the mark's L*, less its mean, is multiplied by (0.1).")]
 Preset = Annotated[
     str, typer.Option(help="Whole installation to start from: bw-checkerboard, bw-blue-noise, cmyrgb, rgb, uv-rgb.")
 ]
@@ -98,7 +133,7 @@ def effect_of(text: str, lab: tuple[float, float, float] | None, **given: float 
 def pictures_of(effect: Any, given: dict[str, Path | None]) -> dict[str, Path]:
     """The pictures given, if they are the ones that the effect needs."""
     pictures = {name: path for name, path in given.items() if path is not None}
-    flags = {name: f"--{name.replace('_', '-')}" for name in given}
+    flags = {name: f"--{name.replace('_', '-')}" for name in {*given, *effect.pictures}}
     if set(pictures) != set(effect.pictures):
         wanted = " and ".join(flags[name] for name in effect.pictures)
         found = ", ".join(flags[name] for name in pictures) or "none"

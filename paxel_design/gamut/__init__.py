@@ -3,7 +3,7 @@
 Pictures stand in `scenes` (pyvista) and `figures` (matplotlib), which are not loaded here.
 """
 
-from paxel_design.gamut.comparison import RGB_SPACES, coverage, intersection, rgb_space
+from paxel_design.gamut.comparison import RGB_SPACES, coverage, intersection, mesh_of_arrays, rgb_space
 from paxel_design.gamut.hue_area import HueArea, hue_change_area, hue_figures
 from paxel_design.gamut.joint import JointGamut
 from paxel_design.gamut.lightness import LightnessArea, lightness_area, lightness_figures, lightness_rectangle
@@ -28,6 +28,7 @@ __all__ = [
     "lightness_area",
     "lightness_figures",
     "lightness_rectangle",
+    "mesh_of_arrays",
     "product_pair",
     "rgb_space",
     "sampled_figures",

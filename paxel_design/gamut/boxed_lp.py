@@ -16,6 +16,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import CALLED, KERNEL
+
 __all__ = ["INFEASIBLE", "OPTIMAL", "STALLED", "maximise", "solve_boxed_lp"]
 
 OPTIMAL, INFEASIBLE, STALLED = 0, 1, 2
@@ -33,7 +35,7 @@ def solve_boxed_lp(
     cost: NDArray[np.float64],
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
-) -> tuple[int, NDArray[np.float64]]:
+) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
     """Maximise ``cost @ v`` over ``columns @ v = rhs``, ``lower <= v <= upper``.
 
     Parameters
@@ -49,15 +51,18 @@ def solve_boxed_lp(
     status : int
         `OPTIMAL`, `INFEASIBLE`, or `STALLED` (rows that depend on each other, or 400 pivots without an end).
     v : (m,) float64 array
-        Meaningful where the status is `OPTIMAL`.
+    worth : (r,) float64 array
+        How much the optimum grows with the right side of each row, as long as the basis stays. Like `v` meaningful
+        where the status is `OPTIMAL`.
     """
     v = np.empty(columns.shape[1])
     basis = np.full(columns.shape[0], -1, np.int64)
-    status = maximise(np.ascontiguousarray(columns), rhs, cost, lower, upper, basis, v)
-    return int(status), v
+    worth = np.empty(columns.shape[0])
+    status = maximise(np.ascontiguousarray(columns), rhs, cost, lower, upper, basis, v, worth)
+    return int(status), v, worth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def maximise(
     columns: NDArray[np.float64],
     rhs: NDArray[np.float64],
@@ -66,63 +71,76 @@ def maximise(
     upper: NDArray[np.float64],
     basis: NDArray[np.int64],
     v: NDArray[np.float64],
+    worth: NDArray[np.float64],
 ) -> int:
-    """The same for kernels: `basis` (r,) is where to start, -1 where unknown, and where it ended; `v` the answer."""
-    r, m = columns.shape
-    inverse = np.empty((r, r))
-    known = basis[0] >= 0 and _invert_basis(columns, basis, inverse)
-    if not known and not (_find_basis(columns, basis) and _invert_basis(columns, basis, inverse)):
+    """The same for kernels: `basis` (r,) is where to start, -1 where unknown, and where it ended.
+
+    A start that leads nowhere (a basis of other columns) is dropped once for one found anew.
+    """
+    status = STALLED
+    for attempt in range(0 if basis[0] >= 0 else 1, 2):
+        if attempt == 0 or (status != OPTIMAL and _find_basis(columns, basis)):
+            status = _from_basis(columns, rhs, cost, lower, upper, basis, v, worth)
+    if status != OPTIMAL:
         basis[0] = -1
-        return STALLED
-    position = np.full(m, -1, np.int64)
-    for i in range(r):
-        position[basis[i]] = i
-    y, basic, reduced, row = np.empty(r), np.empty(r), np.empty(m), np.empty(m)
-    _reduced_costs(columns, cost, basis, inverse, y, reduced)
-    for j in range(m):
-        v[j] = upper[j] if reduced[j] > 0.0 else lower[j]
+    return status
+
+
+@njit(**CALLED)
+def _from_basis(
+    columns: NDArray[np.float64],
+    rhs: NDArray[np.float64],
+    cost: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    basis: NDArray[np.int64],
+    v: NDArray[np.float64],
+    worth: NDArray[np.float64],
+) -> int:
+    r, m = columns.shape
+    inverse, values, reduced, row = np.empty((r, r)), np.empty(r), np.empty(m), np.empty(m)
+    basic = np.zeros(m, np.bool_)
     scale = 1.0
     for i in range(r):
+        basic[basis[i]] = True
         scale = max(scale, abs(rhs[i]))
     for pivot in range(_MAX_PIVOTS):
-        _basic_values(columns, rhs, position, inverse, v, basic)
+        if pivot % 32 == 0 and not _invert_basis(columns, basis, inverse):
+            return STALLED
+        _reduced_costs(columns, cost, basis, inverse, worth, reduced)
+        if pivot == 0:
+            for j in range(m):
+                v[j] = upper[j] if reduced[j] > 0.0 else lower[j]
+        _basic_values(columns, rhs, basis, inverse, v, values)
         leaving, excess = -1, _FEASIBLE * scale
         for i in range(r):
-            beyond = max(lower[basis[i]] - basic[i], basic[i] - upper[basis[i]])
+            beyond = max(lower[basis[i]] - values[i], values[i] - upper[basis[i]])
             if beyond > excess:
                 leaving, excess = i, beyond
         if leaving < 0:
             for i in range(r):
-                v[basis[i]] = min(max(basic[i], lower[basis[i]]), upper[basis[i]])
+                v[basis[i]] = min(max(values[i], lower[basis[i]]), upper[basis[i]])
             return OPTIMAL
         # Bring the leaving variable to the bound it broke; `sign` is +1 where it has to grow.
         out = basis[leaving]
-        sign = 1.0 if basic[leaving] < lower[out] else -1.0
+        sign = 1.0 if values[leaving] < lower[out] else -1.0
+        for k in range(r):
+            share = inverse[leaving, k]
+            for j in range(m):
+                row[j] = share * columns[k, j] + (row[j] if k > 0 else 0.0)
         for j in range(m):
-            row[j] = 0.0
-            if position[j] < 0 and upper[j] > lower[j]:
-                for k in range(r):
-                    row[j] += inverse[leaving, k] * columns[k, j]
+            if basic[j] or upper[j] == lower[j]:
+                row[j] = 0.0
         entering = _entering(row, reduced, lower, upper, v, sign, excess, _FEASIBLE * scale)
         if entering < 0:
             return INFEASIBLE
-        step = reduced[entering] / row[entering]
-        for j in range(m):
-            reduced[j] -= step * row[j]
-        reduced[out], reduced[entering] = -step, 0.0
         v[out] = lower[out] if sign > 0.0 else upper[out]
-        position[out], position[entering], basis[leaving] = -1, leaving, entering
-        if pivot % 32 == 31:
-            if not _invert_basis(columns, basis, inverse):
-                break
-            _reduced_costs(columns, cost, basis, inverse, y, reduced)
-        else:
-            _pivot(columns, inverse, leaving, entering)
-    basis[0] = -1
+        basic[out], basic[entering], basis[leaving] = False, True, entering
+        _pivot(columns, inverse, leaving, entering)
     return STALLED
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _entering(
     row: NDArray[np.float64],
     reduced: NDArray[np.float64],
@@ -156,51 +174,50 @@ def _entering(
         v[entering] = upper[entering] if v[entering] == lower[entering] else lower[entering]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _reduced_costs(
     columns: NDArray[np.float64],
     cost: NDArray[np.float64],
     basis: NDArray[np.int64],
     inverse: NDArray[np.float64],
-    y: NDArray[np.float64],
+    worth: NDArray[np.float64],
     reduced: NDArray[np.float64],
 ) -> None:
     r, m = columns.shape
-    for k in range(r):
-        y[k] = 0.0
-        for i in range(r):
-            y[k] += cost[basis[i]] * inverse[i, k]
     for j in range(m):
         reduced[j] = cost[j]
-        for k in range(r):
-            reduced[j] -= y[k] * columns[k, j]
+    for k in range(r):
+        worth[k] = 0.0
+        for i in range(r):
+            worth[k] += cost[basis[i]] * inverse[i, k]
+        for j in range(m):
+            reduced[j] -= worth[k] * columns[k, j]
     for i in range(r):
         reduced[basis[i]] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _basic_values(
     columns: NDArray[np.float64],
     rhs: NDArray[np.float64],
-    position: NDArray[np.int64],
+    basis: NDArray[np.int64],
     inverse: NDArray[np.float64],
     v: NDArray[np.float64],
-    basic: NDArray[np.float64],
+    values: NDArray[np.float64],
 ) -> None:
-    """Values of the basic variables, with the others where `v` has them."""
+    """Values of the basic variables, with the others where `v` has them; theirs in `v` are set to 0."""
     r, m = columns.shape
-    left = rhs.copy()
-    for k in range(r):
-        for j in range(m):
-            if position[j] < 0:
-                left[k] -= columns[k, j] * v[j]
     for i in range(r):
-        basic[i] = 0.0
-        for k in range(r):
-            basic[i] += inverse[i, k] * left[k]
+        v[basis[i]] = values[i] = 0.0
+    for k in range(r):
+        left = rhs[k]
+        for j in range(m):
+            left -= columns[k, j] * v[j]
+        for i in range(r):
+            values[i] += inverse[i, k] * left
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _pivot(columns: NDArray[np.float64], inverse: NDArray[np.float64], leaving: int, entering: int) -> None:
     """Update the inverse of the basis: column `entering` takes the place `leaving`."""
     r = len(inverse)
@@ -216,7 +233,7 @@ def _pivot(columns: NDArray[np.float64], inverse: NDArray[np.float64], leaving: 
                 inverse[i, k] -= direction[i] * inverse[leaving, k]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _invert_basis(columns: NDArray[np.float64], basis: NDArray[np.int64], inverse: NDArray[np.float64]) -> bool:
     """Inverse of the basis columns by Gauss-Jordan with row pivoting; False where they depend on each other."""
     r = len(basis)
@@ -248,7 +265,7 @@ def _invert_basis(columns: NDArray[np.float64], basis: NDArray[np.int64], invers
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _find_basis(columns: NDArray[np.float64], basis: NDArray[np.int64]) -> bool:
     """Independent columns, the largest pivot in each row of the reduced table; False where the rows have less rank."""
     r, m = columns.shape

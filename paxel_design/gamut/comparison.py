@@ -5,7 +5,9 @@ Bodies are compared by their CIELAB numbers, each under its own white, as pictur
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,7 @@ from paxel_design.gamut.polytopes import zonotope_half_spaces
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.model.subgamut import SubGamut
 
-__all__ = ["RGB_SPACES", "coverage", "intersection", "rgb_space"]
+__all__ = ["RGB_SPACES", "coverage", "intersection", "mesh_of_arrays", "rgb_primaries", "rgb_space"]
 
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 _D50 = (0.3457, 0.3585)
@@ -52,6 +54,18 @@ def rgb_space(name: str, *, under_D50: bool = False) -> SubGamut:
     InputError
         If the name is not in the table.
     """
+    primaries, white_point = rgb_primaries(name, under_D50=under_D50)
+    return SubGamut(name, "pattern", *zonotope_half_spaces(primaries, np.zeros(3)), white_point)
+
+
+def rgb_primaries(name: str, *, under_D50: bool = False) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """XYZ of red, green and blue at full as columns (3, 3), and of their white (3,), Y = 1; as `rgb_space` takes them.
+
+    Raises
+    ------
+    InputError
+        If the name is not in the table.
+    """
     if name not in RGB_SPACES:
         raise InputError(f"an RGB space must be one of {', '.join(RGB_SPACES)}; got {name!r}")
     space = RGB_SPACES[name]
@@ -61,7 +75,7 @@ def rgb_space(name: str, *, under_D50: bool = False) -> SubGamut:
         to_D50 = _xy_to_XYZ(np.array(_D50))
         gain = (_BRADFORD @ to_D50) / (_BRADFORD @ white_point)
         generators, white_point = np.linalg.solve(_BRADFORD, gain[:, None] * (_BRADFORD @ generators)), to_D50
-    return SubGamut(name, "pattern", *zonotope_half_spaces(generators, np.zeros(3)), white_point)
+    return generators, white_point
 
 
 def intersection(first: GamutMesh, second: GamutMesh) -> GamutMesh:
@@ -82,6 +96,27 @@ def coverage(gamut: GamutMesh, reference: GamutMesh | str) -> float:
         return intersection(gamut, body).mesh_volume / body.mesh_volume
     except GamutError:
         return 0.0
+
+
+def mesh_of_arrays(arrays: Mapping[str, NDArray[Any]], source: str) -> GamutMesh:
+    """The mesh that the arrays of a sub-gamut's ``.npz`` hold; its volume is that of its triangles.
+
+    Raises
+    ------
+    InputError
+        If there is no mesh in them, or it does not close.
+    """
+    if "Lab" not in arrays or "faces" not in arrays:
+        raise InputError(f"{source} must hold the mesh of a sub-gamut (arrays Lab and faces), got {', '.join(arrays)}")
+    Lab, faces = np.asarray(arrays["Lab"], np.float64), np.asarray(arrays["faces"], np.int64)
+    if Lab.ndim != 2 or Lab.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not np.all(np.isfinite(Lab)):
+        raise InputError(f"{source} must hold finite Lab (V, 3) and faces (F, 3), got {Lab.shape} and {faces.shape}")
+    if faces.min(initial=0) < 0 or faces.max(initial=0) >= len(Lab):
+        raise InputError(f"{source}: faces must be numbers of vertices, 0 to {len(Lab) - 1}")
+    try:
+        return mesh_of_solid(gamut_solid(GamutMesh(Lab, faces, 0.0, 0.0, 0.0, 1, 0)))
+    except GamutError as error:
+        raise InputError(f"{source}: {error}") from error
 
 
 def _xy_to_XYZ(xy: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from paxel_design.gamut.hue_area import HueArea
 from paxel_design.gamut.lightness import LightnessArea
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
+from paxel_runtime.version import WRITER
 
-__all__ = ["plane_mesh", "write_hue_figure", "write_lightness_figure"]
+__all__ = ["plane_mesh", "write_hue_figure", "write_lightness_figure", "write_plane"]
 
 _COLORS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd")
 
@@ -32,6 +33,24 @@ def plane_mesh(polygon: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
     count = len(polygon)
     corner = np.arange(count)
     return np.vstack((polygon, centre)), np.stack((np.full(count, count), corner, (corner + 1) % count), axis=1)
+
+
+def write_plane(path: Path, polygon: NDArray[np.float64]) -> None:
+    """Write the inside of a polygon (m, 2), as `plane_mesh` makes it, at height 0: ``.ply`` in text."""
+    vertices, faces = plane_mesh(polygon)
+    lines = [
+        "ply",
+        "format ascii 1.0",
+        f"comment {WRITER}",
+        f"element vertex {len(vertices)}",
+        *(f"property double {axis}" for axis in "xyz"),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header",
+        *(f"{x:.9g} {y:.9g} 0" for x, y in vertices.tolist()),
+        *(f"3 {i} {j} {k}" for i, j, k in faces.tolist()),
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
 def write_lightness_figure(path: Path, areas: Mapping[str, LightnessArea]) -> None:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from paxel_design.gamut.gauge import support
 from paxel_design.gamut.polytopes import Polytope, polytope, zonotope_half_spaces
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.prediction import PredictionModel
@@ -152,8 +153,7 @@ class JointGamut:
             If no colour goes with all of S, or too few to have a volume.
         """
         rows = self.rows_of(shown_on)
-        taken = np.max(rows[:, 3:] @ np.asarray(XYZ, np.float64).T, axis=1)
-        return polytope(rows[:, :3], self.offsets - taken)
+        return polytope(rows[:, :3], self.offsets - support(rows[:, 3:], np.asarray(XYZ, np.float64)))
 
     def section(self, XYZ: ArrayLike, shown_on: str) -> Polytope:
         """{p : (p, c) in J}: colours of `shown_on` that go with the one colour `XYZ` (3,) on the other surface."""

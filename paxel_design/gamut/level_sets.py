@@ -1,24 +1,27 @@
 """Sets that are no polytopes: margins on a grid in CIELAB -> a field, its volume by node count, and a closed mesh.
 
-The grid is padded: outside the full gamut a margin is continued along rays from the gamut's middle, so that the level
-set crosses the gamut's surface cleanly and is then cut with the exact gamut. Where the surface crosses the grid's
-edges is found on the margin itself, not on its interpolation. Nothing here knows what a margin means.
+The grid is padded: beyond the full gamut a margin goes on straight, by its slope on the gamut's surface, so that the
+level set crosses that surface cleanly and is then cut with the exact gamut. Margins are asked on every second node,
+and on the others only where the boundary can be near. The mesh's vertices lie on the margin itself, not on its
+interpolation. Nothing here knows what a margin means.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import manifold3d
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from paxel_design.gamut.contouring import Crossings, crossings_of, smoothed, surface_net
+from paxel_design.gamut.contouring import Crossings, crossings_of, net_faces, net_vertices
+from paxel_design.gamut.gauge import Gauge
 from paxel_design.gamut.margins import Margins
 from paxel_design.gamut.meshes import GamutMesh, gamut_mesh, gamut_solid, mesh_of_solid
-from paxel_design.gamut.polytopes import inscribed_ball
 from paxel_runtime.errors import GamutError
-from paxel_runtime.model.colorimetry import Lab_to_XYZ
-from paxel_runtime.model.subgamut import LabField, SubGamut, min_slack
+from paxel_runtime.model.colorimetry import Lab_to_XYZ, XYZ_to_Lab
+from paxel_runtime.model.subgamut import LabField, SubGamut
 
 __all__ = ["STEP", "field_volume", "level_set", "level_set_mesh"]
 
@@ -26,7 +29,7 @@ STEP = 2.0
 """Distance of nodes, CIELAB units."""
 
 _PADDING = 2
-"""Layers of nodes beyond the full gamut where the margin is continued."""
+"""Layers of nodes beyond the full gamut where the margin goes on."""
 
 _LARGEST = 10.0
 """Margins are cut off here: further from the boundary they say nothing more."""
@@ -34,19 +37,46 @@ _LARGEST = 10.0
 _NOT_ASKED = -2 * _LARGEST
 """Value of nodes beyond the padding."""
 
-_PULL = 1e-6
-"""How far below the gamut's surface, as a share of the way to the middle, a margin is asked there: on it, rounding may
-leave a colour without any input."""
+_FAR = 2.0
+"""Steps from the boundary, as its value and slope tell, from which on a coarse node is far from it: a surface through
+a coarse cell is no further than half of its diagonal from one of its corners, 1.7."""
 
-_SECANTS = 12
-_NEAR_ZERO, _NEAR_PLACE = 0.01, 0.005
-"""Where the search along an edge ends: margin, and share of the edge."""
+_BOX_EDGE = 16.0
+"""Edges of the mesh that tells the full gamut's extent, CIELAB units: right to less than the padding."""
+
+_DEPTH = 0.05
+"""How far below the gamut's surface a margin is asked there, CIELAB units. On it every colour has few partners or one;
+where inputs are alike up to errors of measurement there are many at once below, and a level set between would run
+along the surface, too near to be told from it."""
+
+_SHELL = 1e-3
+"""Share of the way to the middle over which that depth is measured."""
+
+_STEEPEST = 3.0
+"""Slope with which a margin goes on at most: steeper ones hold only in a thin layer at the gamut's surface."""
+
+_SEARCHES = 10
+_NEAR, _SHORT = 0.003, 0.01
+"""Where the search along an edge ends: distance to the boundary, CIELAB, or share of the edge that is left."""
+
+_LAST_MOVE = 0.25
+"""How far a vertex may at last move onto the boundary, in steps."""
+
+_PLANE = 2e-3
+"""One minus the length of a cell's mean normal up to which its vertex need not move: the planes' meeting is then within
+1 % of a step of a surface as curved as that."""
+
+_NEIGHBOURS = np.ones((3, 3, 3), bool)
 
 _SPECK = 1e-4
 """Share of the volume below which a separate part is a speck that the grid left at a crease, and is dropped."""
 
-_SIMPLIFY = 0.02
+_SIMPLIFY = 0.01
 """How far simplifying may move the surface, CIELAB units."""
+
+_Values = NDArray[np.float64]
+_MarginsOfLab = Callable[[_Values], tuple[_Values, _Values]]
+"""Lab (k, 3), also beyond the full gamut -> margins (k,) and their slopes (k, 3) along L*, a*, b*."""
 
 
 def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP) -> SubGamut:
@@ -58,8 +88,7 @@ def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP)
         All colours of the surface, half-spaces only.
     effect : str
         Name of the result.
-    margins : callable
-        XYZ (k, 3) inside `full` -> (k,), about CIELAB units.
+    margins : Margins
     step : float
         Distance of the nodes, CIELAB units. Memory: some 100 bytes a node, 25 MB for sRGB at step 2.
 
@@ -68,44 +97,44 @@ def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP)
     GamutError
         If no node lies in the set.
     """
-    surface = gamut_mesh(full).Lab
-    # Nodes lie half a step beside the gray axis: on it a colour has no hue.
+    surface = gamut_mesh(full, _BOX_EDGE).Lab
+    # Nodes lie half a step beside the gray axis: on it a colour has no hue. Their number is odd: every second is a
+    # node of the coarse grid, the first and the last too.
     first = np.floor(surface.min(axis=0) / step) - _PADDING - 1
-    counts = (np.ceil(surface.max(axis=0) / step) + _PADDING + 2 - first).astype(int)
-    origin = (first + 0.5) * step
-    nodes = origin + step * np.moveaxis(np.indices(counts), 0, -1)
-    XYZ = np.asarray(Lab_to_XYZ(nodes, full.white_point), np.float64)
-    inside = full.contains(XYZ)
-    near = binary_dilation(inside, np.ones((3, 3, 3), bool), iterations=_PADDING)
-    values = np.full(counts, _NOT_ASKED, np.float32)
-    values[near] = np.clip(_continued(full, margins)(XYZ[near]), -_LARGEST, _LARGEST)
+    counts = (np.ceil(surface.max(axis=0) / step) + _PADDING + 2 - first).astype(int) | 1
+    grid = LabField((first + 0.5) * step, step, np.full(counts, _NOT_ASKED, np.float32))
+    gauge = Gauge(full.normals, full.offsets)
+    nodes = np.moveaxis(np.indices(counts, np.int32), 0, -1).reshape(-1, 3)
+    inside = (gauge(np.asarray(Lab_to_XYZ(_place(grid, nodes), full.white_point))) <= 1).reshape(counts)
+    near = binary_dilation(inside, _NEIGHBOURS, iterations=_PADDING)
+    _ask(grid, near, _continued(full, gauge, margins))
     # Exactly 0 would put a vertex of the mesh on a node, shared by slivers.
-    values[values == 0] = np.float32(1e-6)
-    if not np.any(inside & (values > 0)):
+    grid.values[grid.values == 0] = np.float32(1e-6)
+    if not np.any(inside & (grid.values > 0)):
         raise GamutError(
             f"sub-gamut {effect}.on-{full.shown_on} is empty: no colour of a grid of {step:g} CIELAB units can have "
             "such a partner"
         )
-    return SubGamut(effect, full.shown_on, full.normals, full.offsets, full.white_point, LabField(origin, step, values))
+    return SubGamut(effect, full.shown_on, full.normals, full.offsets, full.white_point, grid)
 
 
 def field_volume(gamut: SubGamut) -> float:
     """Volume by node count, in cubic CIELAB units, of a sub-gamut with a field."""
     field = gamut.field
     assert field is not None
-    nodes = field.origin + field.step * np.argwhere(field.values > 0)
-    inside = min_slack(gamut.normals, gamut.offsets, Lab_to_XYZ(nodes, gamut.white_point)) >= 0
+    nodes = _place(field, np.argwhere(field.values > 0))
+    inside = Gauge(gamut.normals, gamut.offsets)(np.asarray(Lab_to_XYZ(nodes, gamut.white_point))) <= 1
     return float(np.count_nonzero(inside)) * field.step**3
 
 
-def level_set_mesh(gamut: SubGamut, margins: Margins | None = None) -> GamutMesh:
+def level_set_mesh(gamut: SubGamut, margins: Margins) -> GamutMesh:
     """The closed surface of a sub-gamut with a field, cut with its exact full gamut.
 
     Parameters
     ----------
     gamut : SubGamut
-    margins : callable, optional
-        What the field was made of: the vertices are moved to where it is 0; without it to where the field is.
+    margins : Margins
+        What the field was made of.
 
     Raises
     ------
@@ -115,11 +144,13 @@ def level_set_mesh(gamut: SubGamut, margins: Margins | None = None) -> GamutMesh
     field = gamut.field
     assert field is not None
     full = SubGamut(gamut.effect, gamut.shown_on, gamut.normals, gamut.offsets, gamut.white_point)
+    margins_of = _continued(full, Gauge(full.normals, full.offsets), margins)
     crossings = crossings_of(field.values)
-    share = _places_on_edges(crossings, field, margins and _continued(full, margins), gamut.white_point)
-    places, faces = surface_net(crossings, share, field.values.shape)
-    places = smoothed(places, faces)
-    solid = manifold3d.Manifold(manifold3d.Mesh64(field.origin + field.step * places, faces.astype(np.uint64)))
+    points, normals = _on_the_boundary(crossings, field, margins_of)
+    vertices = net_vertices(crossings, points, normals)
+    vertices = _moved_onto_boundary(vertices, _bent_cells(crossings, normals), field, margins_of)
+    faces = net_faces(crossings, vertices, points, normals)
+    solid = manifold3d.Manifold(manifold3d.Mesh64(_place(field, vertices), faces.astype(np.uint64)))
     if solid.status() != manifold3d.Error.NoError:
         raise GamutError(f"sub-gamut {gamut.file_stem} has no mesh: its surface does not close ({solid.status().name})")
     cut = (solid ^ gamut_solid(gamut_mesh(full))).simplify(_SIMPLIFY)
@@ -132,45 +163,129 @@ def level_set_mesh(gamut: SubGamut, margins: Margins | None = None) -> GamutMesh
     return mesh_of_solid(whole, volume=volume, volume_error=abs(whole.volume() - volume))
 
 
-def _continued(full: SubGamut, margins: Margins) -> Margins:
-    """Margins everywhere: colours outside the full gamut are pulled straight towards its middle, onto its surface."""
-    middle, _ = inscribed_ball(full.normals, full.offsets)
-    room = full.offsets - full.normals @ middle
+def _place(grid: LabField, nodes: NDArray[np.integer] | _Values) -> _Values:
+    """Lab of places (..., 3) in steps of a grid."""
+    return grid.origin + grid.step * nodes
 
-    def continued(XYZ: NDArray[np.float64]) -> NDArray[np.float64]:
-        values = np.empty(len(XYZ))
-        for i in range(0, len(XYZ), 65536):
-            ray = XYZ[i : i + 65536] - middle
-            reach = np.max(ray @ full.normals.T / room, axis=1, initial=0.0)
-            values[i : i + 65536] = margins(middle + ray / np.maximum(reach * (1 + _PULL), 1.0)[:, None])
-        return values
+
+def _continued(full: SubGamut, gauge: Gauge, margins: Margins) -> _MarginsOfLab:
+    """Margins everywhere: from just below the full gamut's surface outwards straight on, along rays from its middle."""
+
+    def continued(Lab: _Values) -> tuple[_Values, _Values]:
+        XYZ = np.asarray(Lab_to_XYZ(Lab, full.white_point), np.float64)
+        reach = gauge(XYZ)
+        outer = np.flatnonzero(reach > 0.9)
+        ray = (XYZ[outer] - gauge.middle) / reach[outer, None]
+        shell = [np.asarray(XYZ_to_Lab(gauge.middle + t * ray, full.white_point)) for t in (1.0, 1.0 - _SHELL)]
+        depth = np.minimum(_SHELL * _DEPTH / np.linalg.norm(shell[0] - shell[1], axis=1), 0.01)
+        beyond = reach[outer] > 1.0 - depth
+        outside = outer[beyond]
+        XYZ[outside] = gauge.middle + (1.0 - depth[beyond, None]) * ray[beyond]
+        values, slopes = margins.with_slopes(XYZ)
+        steepness = np.linalg.norm(slopes[outside], axis=1)
+        slopes[outside] *= np.minimum(_STEEPEST / np.maximum(steepness, _STEEPEST), 1.0)[:, None]
+        way = Lab[outside] - np.asarray(XYZ_to_Lab(XYZ[outside], full.white_point))
+        values[outside] += np.einsum("ki,ki->k", slopes[outside], way)
+        return values, slopes
 
     return continued
 
 
-def _places_on_edges(
-    crossings: Crossings, field: LabField, margins: Margins | None, white_point: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Where each crossing lies on its edge (e,), by the Illinois rule on the margin.
+def _ask(grid: LabField, near: NDArray[np.bool_], margins_of: _MarginsOfLab) -> None:
+    """Fill a grid's values near the gamut: asked where the boundary can be, elsewhere between every second node."""
+    coarse = tuple(slice(None, None, 2) for _ in range(3))
+    # All corners of the coarse cells in which nodes are wanted.
+    asked = binary_dilation(near, _NEIGHBOURS)[coarse]
+    nodes = np.argwhere(asked)
+    values, slopes = margins_of(_place(grid, 2 * nodes))
+    distance = np.abs(values) / np.maximum(np.linalg.norm(slopes, axis=1), 1.0)
+    rough = np.full(asked.shape, _NOT_ASKED, np.float32)
+    rough[asked] = np.clip(values, -_LARGEST, _LARGEST)
+    unsure = np.zeros(asked.shape, bool)
+    unsure[asked] = distance < _FAR * grid.step
+    between = _doubled(rough)
+    grid.values[near] = between[near]
+    known = np.zeros(near.shape, bool)
+    known[coarse] = asked
+    # Nodes of the coarse cells around unsure corners; then, until nothing changes, those beside a change of sign.
+    wanted = np.zeros(near.shape, bool)
+    wanted[coarse] = unsure
+    wanted = binary_dilation(wanted, _NEIGHBOURS) | _beside_crossings(grid.values)
+    while np.any(wanted := wanted & near & ~known):
+        grid.values[wanted] = np.clip(margins_of(_place(grid, np.argwhere(wanted)))[0], -_LARGEST, _LARGEST)
+        known |= wanted
+        wanted = binary_dilation(_beside_crossings(grid.values), _NEIGHBOURS)
 
-    Edges to nodes that were never asked lie outside the gamut: there, as without margins, the field decides.
+
+def _doubled(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Values on a grid (l, m, n) of half the step, (2 l - 1, 2 m - 1, 2 n - 1), trilinear between."""
+    for axis in range(3):
+        ends = np.moveaxis(values, axis, 0)
+        fine = np.empty((2 * len(ends) - 1, *ends.shape[1:]), np.float32)
+        fine[::2], fine[1::2] = ends, (ends[:-1] + ends[1:]) / 2
+        values = np.moveaxis(fine, 0, axis)
+    return values
+
+
+def _beside_crossings(values: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Nodes with a neighbour along an axis of another sign; those never asked do not count."""
+    beside = np.zeros(values.shape, bool)
+    positive, asked = values > 0, values > _NOT_ASKED
+    for axis in range(3):
+        low = tuple(slice(None, -1) if k == axis else slice(None) for k in range(3))
+        high = tuple(slice(1, None) if k == axis else slice(None) for k in range(3))
+        crossed = (positive[low] != positive[high]) & asked[low] & asked[high]
+        beside[low] |= crossed
+        beside[high] |= crossed
+    return beside
+
+
+def _on_the_boundary(crossings: Crossings, field: LabField, margins_of: _MarginsOfLab) -> tuple[_Values, _Values]:
+    """Where each crossing lies (e, 3), in steps, and the unit normal there (e, 3): Newton's rule between two ends.
+
+    Edges to nodes that were never asked lie outside the gamut: there the field decides, and there is no normal.
     """
     f0, f1 = (np.asarray(field.values[tuple(ends.T)], np.float64) for ends in (crossings.low, crossings.high))
     share = f0 / (f0 - f1)
-    if margins is None:
-        return share
-    edge = np.eye(3)[crossings.axis]
     low, high = np.zeros(len(share)), np.ones(len(share))
+    slopes = np.zeros((len(share), 3))
     left = np.flatnonzero(np.minimum(f0, f1) > _NOT_ASKED)
-    for _ in range(_SECANTS):
-        Lab = field.origin + field.step * (crossings.low[left] + share[left, None] * edge[left])
-        value = margins(np.asarray(Lab_to_XYZ(Lab, white_point), np.float64))
+    for _ in range(_SEARCHES):
+        at = share[left]
+        value, slope = margins_of(_place(field, crossings.points(share)[left]))
+        slopes[left] = slope
         as_low = np.sign(value) == np.sign(f0[left])
-        # The end that stays counts half, so that neither sticks.
-        f0[left], f1[left] = np.where(as_low, value, f0[left] / 2), np.where(as_low, f1[left] / 2, value)
-        low[left] = np.where(as_low, share[left], low[left])
-        high[left] = np.where(as_low, high[left], share[left])
-        left = left[(np.abs(value) > _NEAR_ZERO) & (high[left] - low[left] > _NEAR_PLACE)]
-        part = np.clip(f0[left] / np.where(f0[left] == f1[left], 1, f0[left] - f1[left]), 0.02, 0.98)
-        share[left] = low[left] + (high[left] - low[left]) * part
-    return share
+        low[left], high[left] = np.where(as_low, at, low[left]), np.where(as_low, high[left], at)
+        along = field.step * slope[np.arange(len(left)), crossings.axis[left]]
+        newton = at - value / np.where(along == 0, np.inf, along)
+        # Where the tangent leads out of what is left of the edge, halve that.
+        within = (newton > low[left]) & (newton < high[left])
+        share[left] = np.where(within, newton, (low[left] + high[left]) / 2)
+        near = np.abs(value) <= _NEAR * np.maximum(np.linalg.norm(slope, axis=1), 1.0)
+        share[left[near]] = at[near]
+        left = left[~near & (high[left] - low[left] > _SHORT)]
+        if not len(left):
+            break
+    length = np.linalg.norm(slopes, axis=1, keepdims=True)
+    return crossings.points(share), slopes / np.where(length == 0, 1.0, length)
+
+
+def _bent_cells(crossings: Crossings, normals: _Values) -> NDArray[np.intp]:
+    """Cells in which the boundary is curved or creased, as the normals (e, 3) of its crossings tell."""
+    cell, known = crossings.around.ravel(), np.repeat(np.any(normals, axis=1), 4)
+    count = np.bincount(cell, known, len(crossings.cells))
+    total = np.stack([np.bincount(cell, np.repeat(n, 4), len(count)) for n in normals.T], axis=1)
+    return np.flatnonzero(np.linalg.norm(total, axis=1) < (1 - _PLANE) * count)
+
+
+def _moved_onto_boundary(
+    vertices: _Values, some: NDArray[np.integer], field: LabField, margins_of: _MarginsOfLab
+) -> _Values:
+    """Vertices (V, 3), in steps, with some of them moved along the slope to where the margin is 0."""
+    value, slope = margins_of(_place(field, vertices[some]))
+    steepness = np.linalg.norm(slope, axis=1)
+    distance = np.where(steepness > 0, value / np.where(steepness > 0, steepness, 1.0), 0.0) / field.step
+    near = np.abs(distance) <= _LAST_MOVE
+    moved = vertices.copy()
+    moved[some[near]] -= (distance / np.where(steepness > 0, steepness, 1.0))[near, None] * slope[near]
+    return moved

@@ -18,7 +18,7 @@ from paxel_design.gamut.polytopes import polytope
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, XYZ_to_Lab
 
-__all__ = ["LightnessArea", "lightness_area", "lightness_figures", "lightness_rectangle"]
+__all__ = ["GRAY_SHEETS", "LightnessArea", "lightness_area", "lightness_figures", "lightness_rectangle"]
 
 _STEP = 0.25
 """Longest chord along the curved edges, in L*: the area is then right to about 1 part in 100,000."""
@@ -28,6 +28,9 @@ _GAP = 1e-3
 
 _GRID = 24
 """Cells a side of the first grid of that search."""
+
+GRAY_SHEETS = (0.5, 0.4, 0.3)
+"""Luminance of gray sheets that are told of, as shares of the white sheet's (the paper's remedy, Section VII)."""
 
 _ONES = np.ones(3)
 _L_ONLY = np.array([1.0, 0.0, 0.0])
@@ -49,6 +52,9 @@ class LightnessArea:
     L_same : (float, float) or None
         The longest range that both surfaces can have at once; None where there is none (the pattern is always darker
         than a white sheet; a gray one helps, Section VII).
+    L_same_by_sheet : dict of float to (float, float) or None
+        The same if the second surface were a neutral sheet that shows full white as this luminance: 1 and
+        `GRAY_SHEETS`.
     """
 
     area: float
@@ -56,6 +62,7 @@ class LightnessArea:
     L_pattern: tuple[float, float]
     L_white: tuple[float, float]
     L_same: tuple[float, float] | None
+    L_same_by_sheet: dict[float, tuple[float, float] | None]
 
 
 def lightness_area(joint: JointGamut) -> LightnessArea:
@@ -72,7 +79,12 @@ def lightness_area(joint: JointGamut) -> LightnessArea:
     polygon = Y_to_L(_followed(corners))
     x, y = polygon.T
     area = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    return LightnessArea(area, polygon, *_ranges(*largest_rectangle(corners)), _same_range(corners))
+    white = joint.model.white
+    assert white is not None
+    # A neutral sheet multiplies all light on it: pairs (s, t) become (s, gain t).
+    brightest = float(white.black[1] + white.A[1].sum())
+    by_sheet = {Y: _same_range(corners * [1.0, Y / brightest]) for Y in (1.0, *GRAY_SHEETS)}
+    return LightnessArea(area, polygon, *_ranges(*largest_rectangle(corners)), _same_range(corners), by_sheet)
 
 
 def lightness_rectangle(
@@ -183,12 +195,19 @@ def _same_range(corners: NDArray[np.float64]) -> tuple[float, float] | None:
 
 
 def lightness_figures(lightness: LightnessArea) -> dict[str, Any]:
-    """The figures of ``gamut/lightness.json`` (design: section 4, *Files*)."""
+    """The figures of ``gamut/lightness.json`` (design: section 4, *Files*).
+
+    Ranges of L* that both surfaces can have at once are told for this second surface, and for neutral sheets.
+    """
     return {
         "area": lightness.area,
         "polygon": lightness.polygon.tolist(),
         "rectangle": {"L_pattern": list(lightness.L_pattern), "L_white": list(lightness.L_white)},
         "same_range": None if lightness.L_same is None else list(lightness.L_same),
+        "same_range_by_sheet": {
+            "white" if Y == 1 else f"gray {Y:g}": None if same is None else list(same)
+            for Y, same in lightness.L_same_by_sheet.items()
+        },
     }
 
 

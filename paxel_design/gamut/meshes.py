@@ -27,6 +27,7 @@ __all__ = [
     "exact_volume",
     "gamut_mesh",
     "gamut_solid",
+    "hull_volume",
     "mesh_of_solid",
     "subgamut_arrays",
     "subgamut_figures",
@@ -127,8 +128,13 @@ def exact_volume(gamut: SubGamut, max_edge: float = 2 * _MAX_EDGE) -> float:
     GamutError
         If the set is empty or flat.
     """
-    XYZ, faces = tessellate(*_surface(gamut), gamut.white_point, max_edge)
-    return _exact_volume_and_area(XYZ[faces], gamut.white_point)[0]
+    return hull_volume(polytope(gamut.normals, gamut.offsets).vertices, gamut.white_point, max_edge)
+
+
+def hull_volume(corners: NDArray[np.float64], white_point: NDArray[np.float64], max_edge: float) -> float:
+    """`exact_volume` of the convex hull of corners (v, 3) in XYZ."""
+    XYZ, faces = tessellate(*hull_surface(_welded(corners, white_point)), white_point, max_edge)
+    return _exact_volume_and_area(XYZ[faces], white_point)[0]
 
 
 def _surface(gamut: SubGamut) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -147,18 +153,23 @@ def _welded(XYZ: NDArray[np.float64], white_point: NDArray[np.float64]) -> NDArr
 
 
 def _measured(XYZ: NDArray[np.float64], faces: NDArray[np.int64], white_point: NDArray[np.float64]) -> GamutMesh:
-    """The mesh of triangles in XYZ, checked by manifold3d and measured."""
+    """The mesh of triangles in XYZ, checked and measured."""
     Lab = _Lab(XYZ, white_point)
-    solid = manifold3d.Manifold(manifold3d.Mesh64(Lab, faces.astype(np.uint64)))
-    if solid.status() != manifold3d.Error.NoError:
-        raise GamutError(f"its surface does not close ({solid.status().name})")
+    edges, edge_of = edges_of(faces, len(XYZ))
+    upwards = np.where(faces < np.roll(faces, -1, axis=1), 1, -1)
+    runs = np.bincount(edge_of.ravel(), upwards.ravel())
+    if np.any(runs != 0) or len(edge_of) * 3 != 2 * len(edges):
+        raise GamutError("its surface does not close: an edge has not two triangles, wound alike")
+    a, b, c = np.moveaxis(Lab[faces] - Lab.mean(axis=0), 1, 0)
+    mesh_volume = float(np.einsum("fi,fi->", a, np.cross(b, c))) / 6
+    if not mesh_volume > 0:
+        raise GamutError("its surface is wound inwards")
     volume, area = _exact_volume_and_area(XYZ[faces], white_point)
-    edges, _ = edges_of(faces, len(XYZ))
     graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(len(XYZ), len(XYZ)))
     components = int(connected_components(graph, directed=False, return_labels=False))
-    genus = int(solid.genus()) + components - 1  # manifold3d takes 1 - Euler's number / 2
+    genus = components - (len(XYZ) - len(edges) + len(faces)) // 2
     coarse, _ = _exact_volume_and_area(XYZ[faces], white_point, _CENTRE)
-    return GamutMesh(Lab, faces, volume, area, float(solid.volume()), components, genus, abs(volume - coarse))
+    return GamutMesh(Lab, faces, volume, area, mesh_volume, components, genus, abs(volume - coarse))
 
 
 def gamut_solid(mesh: GamutMesh) -> manifold3d.Manifold:
@@ -178,7 +189,7 @@ def mesh_of_solid(solid: manifold3d.Manifold, volume: float | None = None, volum
         raise GamutError(f"a body of colours is empty or does not close ({solid.status().name})")
     mesh = solid.to_mesh64()
     faces = np.asarray(mesh.tri_verts, np.int64)
-    Lab = np.asarray(mesh.vert_properties, np.float64)[:, :3]
+    Lab = np.array(mesh.vert_properties[:, :3], np.float64)  # a copy: manifold3d refuses its own read-only arrays
     components = len(solid.decompose())
     return GamutMesh(
         Lab,

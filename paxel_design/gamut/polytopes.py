@@ -10,11 +10,11 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 from scipy.spatial import ConvexHull, QhullError
 
+from paxel_design.gamut.boxed_lp import OPTIMAL, solve_boxed_lp
 from paxel_runtime.errors import GamutError
 
 __all__ = [
@@ -38,7 +38,7 @@ _FLAT = 1e-8
 """Radius of the largest ball inside below which a set has no interior."""
 
 _LP_TOLERANCE = 1e-10
-"""The finest that HiGHS offers; also how far the largest ball may reach over a row."""
+"""How far the largest ball may reach over a row."""
 
 _BLOCK = 1 << 15
 """Hyperplanes solved at once: 8 MB."""
@@ -159,26 +159,24 @@ def inscribed_ball(
     normals : (m, d) float64 array
     offsets : (m,) float64 array
     reach : float
-        The set is looked for in the cube of half-width `reach` about 0.
+        The ball is looked for in the cube of half-width `reach` about 0.
     """
     d = normals.shape[1]
-    rows = np.unique(np.argmax(np.concatenate((np.eye(d), -np.eye(d))) @ normals.T, axis=1))
+    cube = np.concatenate((np.eye(d), -np.eye(d)))
+    rows = np.unique(np.argmax(cube @ normals.T, axis=1))
     while True:
-        result = linprog(
-            np.append(np.zeros(d), -1.0),
-            A_ub=np.column_stack((normals[rows], np.ones(len(rows)))),
-            b_ub=offsets[rows],
-            bounds=(-reach, reach),
-            method="highs",
-            options={"primal_feasibility_tolerance": _LP_TOLERANCE, "dual_feasibility_tolerance": _LP_TOLERANCE},
-        )
-        if result.x is None:
-            raise GamutError(f"the largest ball inside a set was not found: {result.message}")
-        centre, radius = result.x[:-1], result.x[-1]
+        # The dual programme has only d + 1 rows: offsets @ y smallest, normals.T @ y = 0, sum of y = 1, 0 <= y <= 1.
+        columns = np.ones((d + 1, len(rows) + 2 * d))
+        columns[:d] = np.concatenate((normals[rows], cube)).T
+        cost = -np.concatenate((offsets[rows], np.full(2 * d, reach)))
+        status, _, worth = solve_boxed_lp(columns, np.eye(d + 1)[d], cost, np.zeros(len(cost)), np.ones(len(cost)))
+        if status != OPTIMAL:
+            raise GamutError("the largest ball inside a set was not found: its rows are too much alike")
+        centre, radius = -worth[:d], -worth[d]
         slack = offsets - normals @ centre
         excess = radius - slack
-        excess[rows] = -np.inf  # rows that are in are kept as well as HiGHS can: never add one twice
-        worst = np.argsort(-excess)[: 10 * d]
+        excess[rows] = -np.inf  # rows that are in are kept as well as rounding lets them: never add one twice
+        worst = np.argpartition(-excess, min(10 * d, len(excess) - 1))[: 10 * d]
         broken = worst[excess[worst] > _LP_TOLERANCE]
         if not len(broken):
             return centre, float(np.min(slack))
@@ -206,7 +204,8 @@ def polytope(normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> Poly
     # Twice in coordinates where the set is about round, so that one that hugs the gray axis keeps its digits: first
     # as the rows see it from the centre (Dikin's ellipsoid), then as the vertices spread.
     _, tightness, Vt = np.linalg.svd(normals / (offsets - normals @ centre)[:, None], full_matrices=False)
-    _, vertices = _dual_hull(normals, offsets, centre, Vt.T / tightness)
+    facets, vertices = _dual_hull(normals, offsets, centre, Vt.T / tightness)
+    normals, offsets = normals[facets], offsets[facets]
     facets, vertices = _dual_hull(normals, offsets, *_round_shape(vertices))
     return Polytope(normals[facets], offsets[facets], vertices)
 
@@ -292,13 +291,20 @@ def _wound_outwards(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> 
     alike = np.all(first == second, axis=1)
     if not len(pair) or not np.all(alike | np.all(first == second[:, ::-1], axis=1)):
         raise GamutError("the triangles of a hull do not close")
-    # Weight 2 where two neighbours disagree; 1 where they agree.
-    graph = coo_array((1 + alike, tuple(pair.T // 3)), shape=(len(faces), len(faces))).tocsr()
-    disagree = (graph + graph.T).tocsr()
-    sequence, parent = breadth_first_order(disagree, 0, directed=False)
+    one, other = np.sort(pair // 3, axis=1).T
+    graph = coo_array((np.ones(len(pair)), (one, other)), shape=(len(faces), len(faces))).tocsr()
+    sequence, parent = breadth_first_order(graph, 0, directed=False)
+    # Whether a face disagrees with its parent; then with the parent's parent, and so on up to the first.
+    key = one * len(faces) + other
+    order = np.argsort(key)
+    child, parent = sequence[1:].astype(np.intp), parent.astype(np.intp)
+    step = np.minimum(child, parent[child]) * len(faces) + np.maximum(child, parent[child])
     turned = np.zeros(len(faces), bool)
-    for face in sequence[1:]:
-        turned[face] = turned[parent[face]] ^ (disagree[face, parent[face]] == 2)
+    turned[child] = alike[order[np.searchsorted(key[order], step)]]
+    parent[sequence[0]] = sequence[0]
+    while np.any(parent != sequence[0]):
+        turned ^= turned[parent]
+        parent = parent[parent]
     faces = np.where(turned[:, None], faces[:, ::-1], faces)
     a, b, c = np.moveaxis(vertices[faces] - vertices.mean(axis=0), 1, 0)
     outwards = np.einsum("fi,fi->", a, np.cross(b, c)) > 0

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from paxel_design.gamut.joint import JointGamut
 from paxel_design.gamut.lightness import lightness_area
-from paxel_design.gamut.meshes import exact_volume
+from paxel_design.gamut.meshes import hull_volume
 from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
 from paxel_runtime.model.effects import DualImage
@@ -133,21 +133,30 @@ def _maximised(joint: JointGamut, name: str, start: _Pair, aim: Callable[[_Pair]
             while improved:
                 improved = False
                 for move in _MOVES:
+                    # On in the same direction, twice as far each time, as long as that gains.
+                    stride = 1.0
                     there = at + move * step
-                    if tuple(there) in tried or not (there[0] < there[1] and 0 <= there[2] <= _LARGEST_CHROMA):
-                        continue
-                    tried.add(tuple(there))
-                    try:
-                        pair = _closure(joint, name, _grays(joint, (there[0], there[1]), there[2]), begin_on)
-                        found = aim(pair)
-                    except GamutError:  # nothing goes with all of that beginning
-                        continue
-                    if found > value:
+                    while tuple(there) not in tried and _is_beginning(there):
+                        tried.add(tuple(there))
+                        try:
+                            pair = _closure(joint, name, _grays(joint, (there[0], there[1]), there[2]), begin_on)
+                            found = aim(pair)
+                        except GamutError:  # nothing goes with all of that beginning
+                            break
+                        if found <= value:
+                            break
                         at, value, improved = there, found, True
                         if found > best_value:
                             best, best_value = pair, found
+                        stride *= 2
+                        there = at + stride * move * step
             step /= 2
     return best
+
+
+def _is_beginning(place: NDArray[np.float64]) -> bool:
+    """Whether (lower end, upper end, chroma) is a segment and not too wide."""
+    return bool(place[0] < place[1] and 0 <= place[2] <= _LARGEST_CHROMA)
 
 
 def _grays(joint: JointGamut, L: tuple[float, float], chroma: float) -> NDArray[np.float64]:
@@ -164,12 +173,8 @@ def _closure(joint: JointGamut, name: str, begin: NDArray[np.float64], begin_on:
     other = SURFACES[1 - SURFACES.index(begin_on)]
     partners = joint.erode(begin, other)
     closed = joint.erode(partners.vertices, begin_on)
-    sides = {
-        on: SubGamut(name, on, side.normals, side.offsets, joint.model.white_point)
-        for on, side in ((begin_on, closed), (other, partners))
-    }
-    return _Pair(
-        sides["pattern"],
-        sides["white"],
-        (exact_volume(sides["pattern"], _SEARCH_EDGE), exact_volume(sides["white"], _SEARCH_EDGE)),
-    )
+    white_point = joint.model.white_point
+    sides = {begin_on: closed, other: partners}
+    pattern, white = (SubGamut(name, on, sides[on].normals, sides[on].offsets, white_point) for on in SURFACES)
+    volumes = [hull_volume(sides[on].vertices, white_point, _SEARCH_EDGE) for on in SURFACES]
+    return _Pair(pattern, white, (volumes[0], volumes[1]))

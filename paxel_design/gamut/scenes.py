@@ -23,6 +23,14 @@ __all__ = ["SceneBody", "write_scene"]
 _PALETTE = ("#7f7f7f", "#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#17becf", "#bcbd22")
 """Colours of overlaid bodies in turn; the first, a full gamut's, is gray."""
 
+_LEGEND_ROW = 0.035
+"""Height of a row of the legend, as a share of the picture's."""
+
+_LEGEND_LEFT = 0.03
+
+_MARGIN = 1.12
+"""Room about what is drawn, for the halves of texts that reach beyond their places."""
+
 _AXES_COLOR = "#303030"
 _GRID_COLOR = "#c0c0c0"
 
@@ -71,16 +79,14 @@ def write_scene(
     try:
         order = sorted(bodies, key=lambda body: -body.mesh.mesh_volume)
         for k, body in enumerate(order):
-            _add_body(plotter, body, _PALETTE[k % len(_PALETTE)], alone=len(bodies) == 1, glassy=k + 1 < len(order))
+            _add_body(plotter, body, _PALETTE[k % len(_PALETTE)], depth=k, glassy=k + 1 < len(order))
         direction = _towards_viewer(azimuth_deg)
         plotter.set_background("white")
-        _add_axes(plotter, bodies, direction)
-        labels = [[body.label, body.color or _PALETTE[k % len(_PALETTE)]] for k, body in enumerate(order) if body.label]
-        if labels and len(bodies) > 1:
-            height = 0.035 * len(labels)
-            plotter.add_legend(labels, bcolor="white", size=(0.28, height), loc="upper left", face="rectangle")
-        plotter.view_vector(direction, viewup=(0, 0, 1))
-        plotter.camera.zoom(1.1)
+        drawn = _add_axes(plotter, bodies, direction)
+        legend = _add_legend(plotter, order) if len(order) > 1 else 0.0
+        _frame(plotter, drawn, direction, legend)
+        plotter.enable_depth_peeling(8)  # glass behind glass, in the right order
+        plotter.enable_anti_aliasing("ssaa")
         plotter.screenshot(str(path))
     except RuntimeError as error:
         raise GamutError(f"{path.name}: the picture could not be drawn: {error}") from error
@@ -109,12 +115,13 @@ def _plotter(size_px: tuple[int, int]) -> Any:
         ) from error
 
 
-def _add_body(plotter: Any, body: SceneBody, color: str, *, alone: bool, glassy: bool) -> None:
+def _add_body(plotter: Any, body: SceneBody, color: str, *, depth: int, glassy: bool) -> None:
+    """Body number `depth` from the outside; a single one is not glassy and has the colours of its vertices."""
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(_place(body.mesh.Lab), body.mesh.faces.astype(int))
     look: dict[str, Any] = {"color": body.color or color}
-    if alone and body.color is None:
+    if depth == 0 and not glassy and body.color is None:
         surface["rgb"] = display_colors(body.mesh)
         look = {"scalars": "rgb", "rgb": True}
     actor = plotter.add_mesh(
@@ -128,10 +135,9 @@ def _add_body(plotter: Any, body: SceneBody, color: str, *, alone: bool, glassy:
         show_scalar_bar=False,
         **look,
     )
-    if not glassy:
-        # Where bodies share a face the glassy one is drawn, everywhere: else the two alternate in patches.
-        actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(4.0, 4.0)
+    # Where bodies share a face the outer one is in front, everywhere: else they alternate in patches.
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(4.0 * depth, 4.0 * depth)
 
 
 def _place(Lab: Any) -> Any:
@@ -139,13 +145,47 @@ def _place(Lab: Any) -> Any:
     return np.ascontiguousarray(Lab[:, [1, 2, 0]])
 
 
-def _add_axes(plotter: Any, bodies: Sequence[SceneBody], direction: NDArray[np.float64]) -> None:
+def _add_legend(plotter: Any, order: Sequence[SceneBody]) -> float:
+    """Name each body in its own colour, the outermost first; the share of the picture's height that this takes."""
+    labels = [(body.label, body.color or _PALETTE[k % len(_PALETTE)]) for k, body in enumerate(order) if body.label]
+    for row, (label, color) in enumerate(labels):
+        place = (_LEGEND_LEFT, 1 - _LEGEND_ROW * (row + 1.3))
+        plotter.add_text(label, position=place, viewport=True, font_size=12, color=color, shadow=False, font="arial")
+    return _LEGEND_ROW * (len(labels) + 0.3)
+
+
+def _frame(plotter: Any, drawn: NDArray[np.float64], direction: NDArray[np.float64], legend: float) -> None:
+    """Look along `-direction` in parallel projection, so that `drawn` (k, 3) fills the picture under the legend."""
+    right = np.cross([0.0, 0.0, 1.0], direction)
+    right /= np.linalg.norm(right)
+    up = np.cross(direction, right)
+    across = np.stack((drawn @ right, drawn @ up), axis=1)
+    low, high = across.min(axis=0), across.max(axis=0)
+    width, height = plotter.window_size
+    free = 1 - legend
+    half = _MARGIN / 2 * max((high[0] - low[0]) * height / width, (high[1] - low[1]) / free)
+    # The middle of what is drawn stands in the middle of the free part, which is below the picture's middle.
+    middle = (low + high) / 2 + np.array([0.0, half * legend])
+    focus = middle[0] * right + middle[1] * up + (drawn @ direction).mean() * direction
+    camera = plotter.camera
+    camera.enable_parallel_projection()
+    camera.focal_point, camera.position, camera.up = focus, focus + 1000 * direction, (0.0, 0.0, 1.0)
+    camera.parallel_scale = half
+    plotter.renderer.ResetCameraClippingRange()
+
+
+def _add_axes(plotter: Any, bodies: Sequence[SceneBody], direction: NDArray[np.float64]) -> NDArray[np.float64]:
     """The floor and the two walls behind the bodies with a grid, and numbers along the edges in front.
 
     Parameters
     ----------
     direction : (3,) float64 array
         Towards the viewer, as (a*, b*, L*).
+
+    Returns
+    -------
+    (k, 3) float64 array
+        Corners of the walls, and places of all texts.
     """
     import pyvista
 
@@ -171,6 +211,7 @@ def _add_axes(plotter: Any, bodies: Sequence[SceneBody], direction: NDArray[np.f
     up_edge = front.copy()
     left = 0 if direction[0] * direction[1] < 0 else 1
     up_edge[left] = back[left]
+    drawn = [np.concatenate(lines)]
     for k, start in enumerate((front, front, up_edge)):
         # On the floor, away from the bodies: across the edge that the numbers stand along.
         away = np.zeros(3)
@@ -182,8 +223,11 @@ def _add_axes(plotter: Any, bodies: Sequence[SceneBody], direction: NDArray[np.f
         points[:, k] = ticks[k]
         if k < 2:
             points[:, 2] = low[2]
+        title = points.mean(axis=0, keepdims=True) + 1.2 * away
         _add_text(plotter, points, [f"{tick:.0f}" for tick in ticks[k]], 15)
-        _add_text(plotter, points.mean(axis=0, keepdims=True) + 1.2 * away, [("a*", "b*", "L*")[k]], 20)
+        _add_text(plotter, title, [("a*", "b*", "L*")[k]], 20)
+        drawn += [points, title]
+    return np.concatenate(drawn)
 
 
 def _tick_step(span: float) -> float:

@@ -19,6 +19,7 @@ from paxel_design.gamut.boxed_lp import INFEASIBLE, OPTIMAL, maximise
 from paxel_design.gamut.polytopes import Polytope, polytope, polytope_of_points
 from paxel_runtime.errors import GamutError
 from paxel_runtime.model.prediction import SurfaceModel
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["shadow_of_body", "shadow_of_line"]
 
@@ -82,22 +83,19 @@ def shadow_of_body(own: SurfaceModel, other: SurfaceModel, body: NDArray[np.floa
     return _hull_of_farthest(farthest)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _maximise_each(
     columns: NDArray[np.float64], rhs: NDArray[np.float64], cost: NDArray[np.float64], n: int
 ) -> tuple[NDArray[np.float64], int]:
     """First n variables of the best point for each row of `cost`, all variables within 0..1."""
     r, m = columns.shape
-    lower, upper, v = np.zeros(m), np.ones(m), np.empty(m)
+    lower, upper, v, worth = np.zeros(m), np.ones(m), np.empty(m), np.empty(r)
     basis = np.full(r, -1)
     x = np.empty((len(cost), n))
     for i in range(len(cost)):
-        status = maximise(columns, rhs, cost[i], lower, upper, basis, v)
+        status = maximise(columns, rhs, cost[i], lower, upper, basis, v, worth)
         if status != OPTIMAL:
-            basis[0] = -1
-            status = maximise(columns, rhs, cost[i], lower, upper, basis, v)
-            if status != OPTIMAL:
-                return x, status
+            return x, status
         x[i] = v[:n]
     return x, OPTIMAL
 

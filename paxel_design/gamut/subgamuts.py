@@ -1,8 +1,8 @@
 """Effect -> sub-gamut: the colours of a surface that an effect can use (design: section 8).
 
 What each effect asks for is defined in ``paxel_runtime.model.effects``. All sets are exact polytopes but those of hue
-shifts and of changes of chroma, which are level sets: a field on a grid. How a set is made stands in `joint`,
-`gray_sets`, `products` and `level_sets`; the table at the end says which effect is made by which.
+shifts, of changes of chroma and of watermarks, which are level sets: a field on a grid. How a set is made stands in
+`joint`, `gray_sets`, `products` and `level_sets`; the table at the end says which effect is made by which.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from paxel_runtime.model.effects import (
     HueShift,
     Monochrome,
     Neutralize,
+    Watermark,
     parse_effect,
 )
 from paxel_runtime.model.prediction import PredictionModel
@@ -176,4 +177,5 @@ _EXACT: dict[type[Effect], Callable[[JointGamut, Any, str], SubGamut]] = {
 _MARGINS: dict[type[Effect], Callable[[PredictionModel, Any, str], Margins]] = {
     HueShift: hue_margins,
     Chroma: chroma_margins,
+    Watermark: lambda model, effect, shown_on: chroma_margins(model, Chroma(scale=1.0), shown_on),
 }

@@ -5,13 +5,14 @@ Pure functions of captures (paper: IV-A, IV-B); what is shown stands in ``captur
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from paxel_runtime.calibration.coverage import channels_differ
 from paxel_runtime.calibration.nodal import (
     Captures,
     Normalise,
@@ -58,6 +59,8 @@ class SortedPixels:
         Figures of the registration of the known pattern, where pixels were sorted by it; else empty.
     cross_check : dict of K -> Agreement
         Then also how clusters by k-means agree with them.
+    coverage : (H, W, 1 or N, M) uint8 array, optional
+        Then also the share of each colorant in each pixel, 255 = all; for every channel where they differ.
     """
 
     registration: dict[str, ChannelRegistration]
@@ -67,6 +70,7 @@ class SortedPixels:
     clusters: dict[int, Clusters]
     design: dict[str, Any] = field(default_factory=dict)
     cross_check: dict[int, Agreement] = field(default_factory=dict)
+    coverage: NDArray[np.uint8] | None = None
 
 
 def register(
@@ -195,7 +199,7 @@ def sort_pixels(
     if pattern is None:
         return SortedPixels(registration, verdicts, nodal, valid, clusters)
     progress("find the printed pattern in the picture")
-    by_design, figures = sort_by_design(
+    by_design, figures, coverage = sort_by_design(
         captures,
         registration[guide_channel(channels)],
         valid,
@@ -208,9 +212,10 @@ def sort_pixels(
         corners_px=corners_px,
         fiducials=fiducials,
         lit=captures(exposure_name("pattern", "full", guide_channel(channels), channels)),
+        tables=[registration[name].camera_xy for name in channels],
     )
     check = {K: agreement(by_design[K].labels, clusters[K].labels, K) for K in clusters}
-    return SortedPixels(registration, verdicts, nodal, valid, by_design, figures, check)
+    return SortedPixels(registration, verdicts, nodal, valid, by_design, figures, check, coverage)
 
 
 def _camera_px_per_px(guide: ChannelRegistration) -> float:
@@ -233,7 +238,8 @@ def sort_by_design(
     corners_px: ArrayLike = (),
     fiducials: Fiducials | None = None,
     lit: NDArray[np.uint16] | None = None,
-) -> tuple[dict[int, Clusters], dict[str, Any]]:
+    tables: Sequence[NDArray[np.float32]] = (),
+) -> tuple[dict[int, Clusters], dict[str, Any], NDArray[np.uint8]]:
     """Sort registered pixels by what the known pattern covers of them.
 
     Parameters
@@ -246,12 +252,16 @@ def sort_by_design(
     captures, colorants, counts, dot_px, pattern, normalise, corners_px, fiducials : see `sort_pixels`
     lit : (h, w) array, optional
         A picture in which the fiducials are looked for.
+    tables : sequence of (H, W, 2) float32 arrays
+        Lookup tables of all channels: where they differ, each has a coverage of its own.
 
     Returns
     -------
     clusters : dict of K -> Clusters
     figures : dict
         See `registration.DesignRegistration`.
+    coverage : (H, W, 1 or N, M) uint8 array
+        Share of each colorant in each pixel, 255 = all.
     """
     colors = np.array([XYZ_to_linear_sRGB(colorants[name]) for name in pattern.colorants])
     picture = reflectance_picture(captures, normalise, dot_px * _camera_px_per_px(guide))
@@ -261,9 +271,12 @@ def sort_by_design(
         to_mm = homography_from_corners(corners_px, pattern.size_mm)
     elif fiducials is not None and lit is not None:
         to_mm = homography_from_fiducials(lit, *fiducials)
-    design = register_design(picture, guide.camera_xy, guide.valid, pattern, mm_per_px, colors, to_mm=to_mm)
+    apart = tables if len(tables) > 1 and channels_differ(tables, valid) else ()
+    design = register_design(
+        picture, guide.camera_xy, guide.valid, pattern, mm_per_px, colors, to_mm=to_mm, channel_xy=apart
+    )
     covered = valid & (design.coverage.sum(axis=-1) > 1.0 - _OUTSIDE_SHARE)
     by_design = {
         K: cluster_coverages(design.coverage, covered, pattern.colorants, K, nodal_XYZ, D65_XYZ) for K in counts
     }
-    return by_design, design.figures
+    return by_design, design.figures, design.of_channels

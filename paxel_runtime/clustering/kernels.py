@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.numba_options import INLINED
+from paxel_runtime.numba_options import INLINED, KERNEL
 
 __all__ = ["label_by_coverage", "label_by_light"]
 
@@ -57,7 +57,6 @@ def _between(t: float, bounds: NDArray[np.float64]) -> int:
     return above
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def label_by_light(
     nodal_XYZ: NDArray[np.float32],
     valid: NDArray[np.bool_],
@@ -86,15 +85,43 @@ def label_by_light(
     halves : (P,) int64 array
         Pixels that light both colorants of a pair about equally (a quarter to three quarters).
     """
-    height, width = valid.shape
-    C, K, P = len(colorants_XYZ), len(centres_Lab), len(pairs)
+    C, K = len(colorants_XYZ), len(centres_Lab)
+    sums = np.zeros(K, np.int64), np.zeros(K), np.zeros((K, C)), np.zeros(len(pairs), np.int64)
+    labels = np.full(valid.shape, 255, np.uint8)
     colorants = colorants_XYZ / white
-    labels = np.full((height, width), np.uint8(255))
-    sizes, squares = np.zeros(K, np.int64), np.zeros(K)
-    shares, halves = np.zeros((K, C)), np.zeros(P, np.int64)
-    ratio, f, slope, e, gram = np.empty(3), np.empty(3), np.ones(3), np.empty((C, 3)), np.empty((C, C))
-    for row in range(height):
-        for column in range(width):
+    rules = pairs, bounds, pair_labels, centres_Lab, perceptual, nearest_centre
+    scratch = np.empty(3), np.empty(3), np.empty(3), np.empty((C, 3)), np.empty((C, C))
+    _label_into(nodal_XYZ, valid, white, colorants, *rules, labels, *sums, *scratch)
+    return labels, *sums
+
+
+@njit(**KERNEL)
+def _label_into(
+    nodal_XYZ: NDArray[np.float32],
+    valid: NDArray[np.bool_],
+    white: NDArray[np.float64],
+    colorants: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    bounds: NDArray[np.float64],
+    pair_labels: NDArray[np.int64],
+    centres_Lab: NDArray[np.float64],
+    perceptual: bool,
+    nearest_centre: bool,
+    labels: NDArray[np.uint8],
+    sizes: NDArray[np.int64],
+    squares: NDArray[np.float64],
+    shares: NDArray[np.float64],
+    halves: NDArray[np.int64],
+    ratio: NDArray[np.float64],
+    f: NDArray[np.float64],
+    slope: NDArray[np.float64],
+    e: NDArray[np.float64],
+    gram: NDArray[np.float64],
+) -> None:
+    """`label_by_light` over white, into zeros; the arrays from `ratio` on are scratch."""
+    C, K, P = len(colorants), len(centres_Lab), len(pairs)
+    for row in range(valid.shape[0]):
+        for column in range(valid.shape[1]):
             if not valid[row, column]:
                 continue
             for c in range(3):
@@ -113,7 +140,7 @@ def label_by_light(
                     gram[j, i] = d0 * e[j, 0] + d1 * e[j, 1] + d2 * e[j, 2]
             best, pair, t = gram[0, 0], 0, 0.0
             for i in range(P):
-                p, q = pairs[i]
+                p, q = pairs[i, 0], pairs[i, 1]
                 along = gram[p, p] - gram[p, q]  # of the pixel's foot on the way from p to q, times the way's length
                 length = along + gram[q, q] - gram[p, q]
                 if 0.0 < along < length:
@@ -137,10 +164,9 @@ def label_by_light(
             shares[label, pairs[pair, 1]] += t
             if _HALF_LOW < t < _HALF_HIGH:
                 halves[pair] += 1
-    return labels, sizes, squares, shares, halves
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def label_by_coverage(
     coverage: NDArray[np.float32],
     valid: NDArray[np.bool_],

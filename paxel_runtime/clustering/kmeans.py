@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import CalibrationError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["SAMPLE_SIZE", "distortion_gains", "lloyd", "nearest", "sample_indices", "too_few_colors"]
 
@@ -102,7 +103,7 @@ def too_few_colors(asked: int, found: int) -> str:
     )
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def nearest(points: NDArray[np.float64], centres: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Index of the nearest centre of each point (the first of equals), and the squared distance to it."""
     labels = np.empty(len(points), np.int64)

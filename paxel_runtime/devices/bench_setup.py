@@ -27,6 +27,7 @@ BAYER = ("none", "demosaiced", "raw")
 
 _WIDEST_APERTURE = 0.8
 _FARTHEST_MM, _STEEPEST_DEG = 50.0, 20.0
+_FARTHEST_OFF_MM = 10.0
 _BRIGHTEST, _LONGEST = 10.0, 100.0
 
 
@@ -63,6 +64,8 @@ class BenchSetup:
         Gap between that sheet and the wall at the middle, 0..50; 0 with no tilt is a sheet in place.
     sheet_tilt_deg : (float, float)
         Its tilt about the x and the y axis, -20..20; see `optics.held.hold_sheet`.
+    print_offset_mm : (float, float)
+        How far the print has moved from its place since, right and up, -10..10.
     ambient : float
         Uniform light of D65's spectrum besides the projector's, as a share of full white, 0..10.
     projector : str
@@ -107,6 +110,7 @@ class BenchSetup:
     second_surface: str = "white"
     sheet_distance_mm: float = 0.0
     sheet_tilt_deg: tuple[float, float] = (0.0, 0.0)
+    print_offset_mm: tuple[float, float] = (0.0, 0.0)
     ambient: float = 0.0
     projector: str = "dlp"
     responses: tuple[str, ...] = ()
@@ -183,6 +187,11 @@ class BenchSetup:
             raise InputError(
                 f"bench.sheet_tilt_deg must be two angles of at most {_STEEPEST_DEG:g} degrees, "
                 f"got {self.sheet_tilt_deg}"
+            )
+        if len(self.print_offset_mm) != 2 or not all(abs(mm) <= _FARTHEST_OFF_MM for mm in self.print_offset_mm):
+            raise InputError(
+                f"bench.print_offset_mm must be two lengths of at most {_FARTHEST_OFF_MM:g} mm, "
+                f"got {self.print_offset_mm}"
             )
         if self.defocus_px == float("inf"):
             raise InputError(

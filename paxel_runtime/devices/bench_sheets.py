@@ -131,6 +131,7 @@ def make_sheet(
         quality.ragged_correlation_um,
         setup.seed,
     )
+    layers = layers._replace(offsets_mm=layers.offsets_mm + np.array(setup.print_offset_mm))
     inputs = (layers, maps, grid)
     decided = coverage = cached("ink-coverage", inputs, lambda: ink_coverage(*inputs))
     names = [pattern.colorants[i] for i in inks]

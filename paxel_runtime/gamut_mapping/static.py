@@ -1,7 +1,7 @@
 """Static gamut mapping: a picture's colours -> colours that a sub-gamut holds (paper: section V-A1).
 
-Lightness goes linearly onto the gray axis inside the sub-gamut, hue stays, chroma is compressed towards the boundary.
-Knows half-spaces and CIELAB; nothing of surfaces, models or files.
+Lightness goes onto the gray axis inside the sub-gamut, hue stays, chroma is compressed towards the boundary. Knows
+sub-gamuts and CIELAB; nothing of surfaces, models or files.
 """
 
 from __future__ import annotations
@@ -14,22 +14,24 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.gamut_mapping.boundary import (
+    TOLERANCE,
+    boundary_of_subgamut,
+    colour_slack,
+    diamond_angle,
+    exit_along,
+    look_up,
+    sub_gamut_columns,
+)
+from paxel_runtime.gamut_mapping.options import MappingOptions, lightness_from
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.subgamut import SubGamut
 
-__all__ = ["CHROMA_KNEES", "Mapped", "map_to_subgamut"]
+__all__ = ["Mapped", "compress", "map_to_subgamut", "mapping_figures"]
 
-CHROMA_KNEES = {"soft": 0.5, "clip": 1.0}
-"""Share of the chroma at the boundary up to which a colour keeps its chroma, by the way chroma is treated."""
-
-TOLERANCE = 5e-7
-"""How far outside a half-space a mapped colour may lie, XYZ with Y = 1: what float32 Lab can resolve."""
-
-_LIGHTNESS_NODES = 128
-_HUE_NODES = 720
-_CHROMA_LIMIT = 256.0
-_HALVINGS = 24
-_FIGURE_PIXELS = 250_000
+_FIGURE_PIXELS = 100_000
+_SAFE = 0.5
+"""Share of the table's boundary below which a colour is inside without asking."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +43,10 @@ class Mapped:
     Lab : (H, W, 3) float32 array
         Every pixel lies in the sub-gamut.
     figures : dict
-        ``pixels_moved``: share of pixels whose chroma was lowered by more than 0.1; ``pixels_in_gamut_before`` and
-        ``pixels_in_gamut``: share in the sub-gamut with the source's chroma, and after; ``dE00_mean`` and
-        ``dE00_p95`` between source and mapped picture (on an even grid of at most a quarter million pixels);
-        ``L_from`` and ``L_to``: the lightness range of the picture and where it went.
+        ``pixels_moved``: share of pixels whose chroma was lowered by more than 0.1; ``pixels_in_gamut_before``: share
+        in the sub-gamut with the source's chroma at the new lightness; ``dE00_mean`` and ``dE00_p95`` between source
+        and mapped picture, ``chroma_kept``: mean chroma over the source's (all three on an even grid of at most a
+        hundred thousand pixels); ``L_from`` and ``L_to``: the lightness range of the picture and where it went.
     """
 
     Lab: NDArray[np.float32]
@@ -54,8 +56,8 @@ class Mapped:
 def map_to_subgamut(
     Lab: NDArray[np.float32],
     sub_gamut: SubGamut,
+    options: MappingOptions | None = None,
     *,
-    chroma: str = "soft",
     lightness: tuple[float, float] | None = None,
 ) -> Mapped:
     """Bring every colour of a picture into a sub-gamut.
@@ -65,19 +67,18 @@ def map_to_subgamut(
     K = 0.5 C_max, ``"soft"`` keeps chroma C <= K and takes C > K to ``K + (C_max - K) u / (1 + u)`` with
     ``u = (C - K) / (C_max - K)``: slope 1 at the knee, never beyond C_max, monotone. ``"clip"`` takes min(C, C_max).
 
-    C_max is read from a table over lightness and hue (found by halvings on the half-spaces). The table rounds corners:
-    a colour that is outside for that, and every clipped one, is halved onto the boundary itself, so the table costs no
-    promise, only a little room for chroma.
+    C_max is read from a table over lightness and hue (`boundary`); at the corners of a polytope it promises a little
+    less than there is. What still comes to lie outside is moved onto the boundary itself.
 
     Parameters
     ----------
     Lab : (H, W, 3) float32 array
         Source picture, CIELAB as numbers (taken under the sub-gamut's white point).
     sub_gamut : SubGamut
-    chroma : "soft" | "clip"
+    options : MappingOptions, optional
     lightness : (low, high), optional
-        L* of the picture that go to the ends of the range; by default its 0.5 and 99.5 percentiles, or 0 and 100
-        where these are less than 1 apart (a picture of one gray).
+        L* of the picture that go to the ends of the range, instead of what `options` find; where the picture's
+        lightnesses are less than 1 apart (one gray) these are 0 and 100.
 
     Returns
     -------
@@ -86,177 +87,137 @@ def map_to_subgamut(
     Raises
     ------
     InputError
-        If Lab is no finite (H, W, 3) picture, `chroma` is unknown, or `lightness` does not rise.
+        If Lab is no finite (H, W, 3) picture, or `lightness` does not rise.
     GamutError
         If the sub-gamut holds no stretch of the gray axis.
     """
+    options = options or MappingOptions()
+    Lab = checked_picture(Lab)
+    L_to = sub_gamut.gray_range()
+    L_from = checked_lightness(lightness or lightness_from(Lab, L_to, options))
+    boundary = boundary_of_subgamut(sub_gamut)
+    half_spaces = sub_gamut_columns(sub_gamut) if sub_gamut.field is None else None
+    mapped, counts = compress(Lab, boundary, L_from, L_to, options.knee, half_spaces, sub_gamut.white_point)
+    return Mapped(mapped, mapping_figures(Lab, mapped, counts, L_from, L_to))
+
+
+def checked_picture(Lab: NDArray[np.float32]) -> NDArray[np.float32]:
+    """A picture as the kernels want it."""
     if Lab.ndim != 3 or Lab.shape[2] != 3 or not Lab.size:
         raise InputError(f"gamut mapping needs a picture (H, W, 3), got {Lab.shape}")
-    if chroma not in CHROMA_KNEES:
-        raise InputError(f"mapping.chroma must be one of {', '.join(CHROMA_KNEES)}; got {chroma!r}")
-    Lab = np.ascontiguousarray(Lab, np.float32)
-    if not np.all(np.isfinite(Lab)):
-        raise InputError("gamut mapping needs finite CIELAB, got NaN or infinity in the picture")
-    L_from = np.array(_lightness_range(Lab) if lightness is None else lightness, np.float64)
+    return np.ascontiguousarray(Lab, np.float32)
+
+
+def checked_lightness(L_from: tuple[float, float]) -> tuple[float, float]:
+    """A range of lightness, if it rises."""
     if not L_from[1] > L_from[0]:
-        raise InputError(f"the picture's lightness range must rise, got {L_from.tolist()}")
-    L_to = np.array(sub_gamut.gray_range(), np.float64)
-
-    columns = np.vstack([sub_gamut.normals.T, sub_gamut.offsets])
-    white = np.asarray(sub_gamut.white_point, np.float64)
-    boundary = _boundary_chroma(columns, white, L_to[0], L_to[1], _LIGHTNESS_NODES, _HUE_NODES)
-    mapped, counts = _map_pixels(Lab, columns, white, boundary, L_from, L_to, CHROMA_KNEES[chroma])
-
-    moved, before, after = counts.sum(axis=0) / (Lab.shape[0] * Lab.shape[1])
-    step = int(np.ceil(np.sqrt(max(1.0, Lab.shape[0] * Lab.shape[1] / _FIGURE_PIXELS))))
-    dE = dE00(Lab[::step, ::step], mapped[::step, ::step])
-    return Mapped(
-        mapped,
-        {
-            "pixels_moved": float(moved),
-            "pixels_in_gamut_before": float(before),
-            "pixels_in_gamut": float(after),
-            "dE00_mean": float(np.mean(dE)),
-            "dE00_p95": float(np.quantile(dE, 0.95)),
-            "L_from": L_from.tolist(),
-            "L_to": L_to.tolist(),
-        },
-    )
+        raise InputError(f"the picture's lightness range must rise, got {list(L_from)}")
+    return float(L_from[0]), float(L_from[1])
 
 
-def _lightness_range(Lab: NDArray[np.float32]) -> tuple[float, float]:
-    low, high = np.percentile(Lab[..., 0], [0.5, 99.5])
-    return (float(low), float(high)) if high - low >= 1.0 else (0.0, 100.0)
+def mapping_figures(
+    source: NDArray[np.float32],
+    mapped: NDArray[np.float32],
+    counts: NDArray[np.int64],
+    L_from: tuple[float, float],
+    L_to: tuple[float, float],
+) -> dict[str, Any]:
+    """The figures of `Mapped`.
 
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _inverse_f(f: float) -> float:
-    """Share of the white's X, Y or Z whose CIELAB root is `f`."""
-    return f * f * f if f > 6.0 / 29.0 else (116.0 * f - 16.0) * (27.0 / 24389.0)
-
-
-@njit(cache=True, error_model="numpy")
-def _slack(L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]) -> float:
-    """Distance in XYZ to the nearest plane, negative outside; columns (4, m) hold the unit normals and the offset."""
-    fy = (L + 16.0) / 116.0
-    X = white[0] * _inverse_f(fy + a / 500.0)
-    Y = white[1] * _inverse_f(fy)
-    Z = white[2] * _inverse_f(fy - b / 200.0)
-    slack = 1e9
-    for i in range(columns.shape[1]):
-        slack = min(slack, columns[3, i] - (columns[0, i] * X + columns[1, i] * Y + columns[2, i] * Z))
-    return slack
-
-
-@njit(cache=True, parallel=True, error_model="numpy")
-def _boundary_chroma(
-    columns: NDArray[np.float64], white: NDArray[np.float64], L_low: float, L_high: float, n_lightness: int, n_hue: int
-) -> NDArray[np.float64]:
-    """Chroma of the boundary on a grid of lightness (ends included) and hue (0 to 360 degrees, both ends)."""
-    boundary = np.empty((n_lightness, n_hue + 1))
-    for i in prange(n_lightness):
-        L = L_low + (L_high - L_low) * i / (n_lightness - 1)
-        for j in range(n_hue + 1):
-            hue = 2.0 * np.pi * (j % n_hue) / n_hue
-            ca, cb = np.cos(hue), np.sin(hue)
-            low, high = 0.0, _CHROMA_LIMIT
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                if _slack(L, middle * ca, middle * cb, columns, white) >= 0.0:
-                    low = middle
-                else:
-                    high = middle
-            boundary[i, j] = low
-    return boundary
-
-
-@njit(cache=True, error_model="numpy")
-def _look_up(share: float, hue: float, boundary: NDArray[np.float64]) -> float:
-    """Chroma of the boundary, bilinear in the table, at a share 0..1 of the lightness range and a hue in radians."""
-    u, v = share * (boundary.shape[0] - 1), (hue / (2.0 * np.pi) % 1.0) * (boundary.shape[1] - 1)
-    i, j = min(int(u), boundary.shape[0] - 2), min(int(v), boundary.shape[1] - 2)
-    u, v = u - i, v - j
-    return (1.0 - u) * ((1.0 - v) * boundary[i, j] + v * boundary[i, j + 1]) + u * (
-        (1.0 - v) * boundary[i + 1, j] + v * boundary[i + 1, j + 1]
-    )
-
-
-@njit(cache=True, error_model="numpy")
-def _scale_to_boundary(
-    outside: float,
-    slack_outside: float,
-    guess: float,
-    L: float,
-    a: float,
-    b: float,
-    columns: NDArray[np.float64],
-    white: NDArray[np.float64],
-) -> float:
-    """A scale of (a, b) inside, at most 1e-3 of chroma or 5e-7 of XYZ from the boundary; `outside` is one beyond it.
-
-    Regula falsi between a colour inside and one outside, from the table's `guess`, each step held to the middle
-    nine tenths so that neither end sticks.
+    Raises
+    ------
+    InputError
+        If the source holds NaN or infinity.
     """
-    C = np.sqrt(a * a + b * b)
-    low, high = 0.0, outside
-    slack_low, slack_high = _slack(L, 0.0, 0.0, columns, white) + TOLERANCE, slack_outside + TOLERANCE
-    for step in range(64):
-        if (high - low) * C <= 1e-3 or slack_low <= 5e-7:
-            break
-        if step < 2:
-            middle = guess + (step - 0.5) * 0.1 / C  # the table is seldom farther off
-            if not low < middle < high:
-                continue
-        else:
-            share = slack_low / (slack_low - slack_high)
-            middle = low + min(max(share, 0.05), 0.95) * (high - low)
-        slack = _slack(L, np.float32(middle * a), np.float32(middle * b), columns, white) + TOLERANCE
-        if slack >= 0.0:
-            low, slack_low = middle, slack
-        else:
-            high, slack_high = middle, slack
-    return low
+    moved, before, broken = counts.sum(axis=0)
+    if broken:
+        raise InputError(f"gamut mapping needs finite CIELAB, got NaN or infinity in {broken} pixels of the picture")
+    pixels = source.shape[0] * source.shape[1]
+    step = int(np.ceil(np.sqrt(max(1.0, pixels / _FIGURE_PIXELS))))
+    few, few_mapped = source[::step, ::step], mapped[::step, ::step]
+    dE = dE00(few, few_mapped)
+    C, C_mapped = (float(np.mean(np.hypot(p[..., 1], p[..., 2]))) for p in (few, few_mapped))
+    return {
+        "pixels_moved": float(moved / pixels),
+        "pixels_in_gamut_before": float(before / pixels),
+        "dE00_mean": float(np.mean(dE)),
+        "dE00_p95": float(np.quantile(dE, 0.95)),
+        "chroma_kept": C_mapped / C if C > 0 else 1.0,
+        "L_from": list(L_from),
+        "L_to": list(L_to),
+    }
+
+
+def compress(
+    Lab: NDArray[np.float32],
+    boundary: NDArray[np.float32],
+    L_from: tuple[float, float],
+    L_to: tuple[float, float],
+    knee: float,
+    half_spaces: NDArray[np.float64] | None,
+    white_point: NDArray[np.float64],
+) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Map lightness linearly and compress chroma below a boundary.
+
+    Parameters
+    ----------
+    Lab : (H, W, 3) float32 array
+    boundary : (n, m) float32 array
+        Of `boundary`, over even steps of `L_to`.
+    L_from, L_to : (low, high)
+    knee : float
+        Share of the boundary up to which chroma stays; 1 clips.
+    half_spaces : (7, m) float64 array, optional
+        Of `sub_gamut_columns`: colours near the boundary are checked against them.
+    white_point : (3,) float64 array
+
+    Returns
+    -------
+    mapped : (H, W, 3) float32 array
+    counts : (H, 3) int64 array
+        For each row the number of pixels moved, inside before, and not finite.
+    """
+    columns = np.zeros((7, 0)) if half_spaces is None else half_spaces
+    return _compress_pixels(Lab, boundary, np.array(L_from), np.array(L_to), knee, columns, white_point)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _map_pixels(
+def _compress_pixels(
     Lab: NDArray[np.float32],
-    columns: NDArray[np.float64],
-    white: NDArray[np.float64],
-    boundary: NDArray[np.float64],
+    boundary: NDArray[np.float32],
     L_from: NDArray[np.float64],
     L_to: NDArray[np.float64],
     knee: float,
+    columns: NDArray[np.float64],
+    white: NDArray[np.float64],
 ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Mapped picture, and for each raster row the number of pixels moved, inside before and inside after."""
     height, width = Lab.shape[0], Lab.shape[1]
     mapped = np.empty_like(Lab)
     counts = np.zeros((height, 3), np.int64)
+    slope = 1.0 / (L_from[1] - L_from[0])
     for row in prange(height):
+        moved, before, broken = 0, 0, 0
         for column in range(width):
-            share = (np.float64(Lab[row, column, 0]) - L_from[0]) / (L_from[1] - L_from[0])
-            share = min(max(share, 0.0), 1.0)
-            L = np.float64(np.float32(L_to[0] + share * (L_to[1] - L_to[0])))
             a, b = np.float64(Lab[row, column, 1]), np.float64(Lab[row, column, 2])
-            C_source = np.sqrt(a * a + b * b)
-            limit = _look_up(share, np.arctan2(b, a), boundary)
-            inside = limit >= C_source
-            scale = 1.0
-            if knee < 1.0:
-                bend = knee * limit
-                if bend < C_source:
-                    room, excess = limit - bend, C_source - bend
-                    scale = (bend + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C_source
-            slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
-            if knee >= 1.0:  # what is inside stays as it is, the table's rounding apart
-                inside = slack >= -TOLERANCE
-            if slack < -TOLERANCE and C_source > 0.0:
-                scale = _scale_to_boundary(scale, slack, limit / C_source, L, a, b, columns, white)
-                slack = _slack(L, np.float32(scale * a), np.float32(scale * b), columns, white)
+            share = (np.float64(Lab[row, column, 0]) - L_from[0]) * slope
+            if not abs(share) + abs(a) + abs(b) < 1e9:  # also true of NaN
+                broken += 1
+                continue
+            share = min(max(share, 0.0), 1.0)
+            L = L_to[0] + share * (L_to[1] - L_to[0])
+            C = np.sqrt(a * a + b * b)
+            limit = look_up(share, diamond_angle(a, b), boundary)
+            scale, bend = 1.0, knee * limit
+            if bend < C:
+                room, excess = limit - bend, C - bend
+                scale = (bend + (room * excess / (room + excess) if room > 0.0 else 0.0)) / C
+            near = columns.shape[1] > 0 and scale * C > _SAFE * limit
+            if near and colour_slack(L, scale * a, scale * b, columns, white) < -TOLERANCE:
+                scale = min(scale, exit_along(L, a / C, b / C, 0.0, 0.0, 0.0, columns, white) / C)
             mapped[row, column, 0] = L
             mapped[row, column, 1] = scale * a
             mapped[row, column, 2] = scale * b
-            counts[row, 0] += (1.0 - scale) * C_source > 0.1
-            counts[row, 1] += inside
-            counts[row, 2] += slack >= -TOLERANCE
+            moved += (1.0 - scale) * C > 0.1
+            before += limit >= C
+        counts[row, 0], counts[row, 1], counts[row, 2] = moved, before, broken
     return mapped, counts

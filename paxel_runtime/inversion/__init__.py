@@ -2,7 +2,7 @@
 
 from paxel_runtime.inversion.frame_plan import AffineMapping, FramePlan, frame_to_codes, plan_frame
 from paxel_runtime.inversion.solver import CAPPED, EXACT, OPTIMUM, Inversion, invert
-from paxel_runtime.inversion.table import ColourTable, build_table, look_up
+from paxel_runtime.inversion.table import ColourTable, MappingTable, build_mapping_table, build_table, look_up
 
 __all__ = [
     "CAPPED",
@@ -12,6 +12,8 @@ __all__ = [
     "ColourTable",
     "FramePlan",
     "Inversion",
+    "MappingTable",
+    "build_mapping_table",
     "build_table",
     "frame_to_codes",
     "invert",

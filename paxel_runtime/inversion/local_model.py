@@ -18,7 +18,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.inversion.box_qp import LANES, NU, RES, ROWS, S_FIRST, S_REST, Z, larger, smaller
+from paxel_runtime.inversion.box_qp import NU, RES, ROWS, S_FIRST, S_REST, Z
+from paxel_runtime.inversion.lanes import LANES, larger, smaller
 from paxel_runtime.model.delta_e import squared_dE00_jet
 from paxel_runtime.numba_options import INLINED
 
@@ -71,6 +72,7 @@ _KERNEL = {
 }
 _EPSILON = (6.0 / 29.0) ** 3
 _LINEAR = (29.0 / 6.0) ** 2 / 3.0  # slope of CIELAB's linear branch
+_PER_LINEAR = 1.0 / _LINEAR  # a division by a constant would stay one
 _PER_116 = 1.0 / 116.0
 _SOFTNESS = 1e-10  # dE00^2 is a cone at gray: rounded off within 1e-5 of chroma
 _FLOOR = 0.02  # least curvature of the model: a third of the least of dE00^2 itself
@@ -119,14 +121,14 @@ def t_to_Lab(tx: float, ty: float, tz: float) -> tuple[float, float, float]:
 
 @njit(**INLINED)
 def _inverse_f(f: float) -> float:
-    return f * f * f if f > 6.0 / 29.0 else (f - 16.0 / 116.0) / _LINEAR
+    return f * f * f if f > 6.0 / 29.0 else (f - 16.0 / 116.0) * _PER_LINEAR
 
 
 @njit(**INLINED)
 def Lab_to_t(L: float, a: float, b: float) -> tuple[float, float, float]:
     """XYZ over the white point of a CIELAB colour."""
-    f = (L + 16.0) / 116.0
-    return _inverse_f(f + a / 500.0), _inverse_f(f), _inverse_f(f - b / 200.0)
+    f = (L + 16.0) * _PER_116
+    return _inverse_f(f + a * 0.002), _inverse_f(f), _inverse_f(f - b * 0.005)
 
 
 @njit(**INLINED)

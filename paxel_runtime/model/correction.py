@@ -17,6 +17,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["TERM_KINDS", "Correction", "Term", "residual_values", "term_values"]
 
@@ -167,7 +168,7 @@ def _rows(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.ascontiguousarray(values.reshape(-1, values.shape[-1]).T)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(**KERNEL)
 def _evaluate_terms(
     points: NDArray[np.float64],
     terms: NDArray[np.int64],
@@ -178,7 +179,7 @@ def _evaluate_terms(
     """Add the terms to XYZ (P, rows) and, unless it is empty, their derivatives to J (P, rows, n)."""
     for p in range(len(points)):
         for t in range(len(terms)):
-            kind, a, b = terms[t]
+            kind, a, b = terms[t, 0], terms[t, 1], terms[t, 2]
             x_a, x_b = points[p, a], points[p, b]
             d = x_a - x_b
             if kind == _LINEAR:
@@ -201,7 +202,7 @@ def _evaluate_terms(
                     J[p, r, b] += coefficients[t, r] * by_b
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(**KERNEL)
 def _evaluate_residual(
     points: NDArray[np.float64],
     centres: NDArray[np.float64],

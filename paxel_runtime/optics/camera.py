@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import convolve, gaussian_filter
 
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.optics.geometry import LATTICE_PX
 from paxel_runtime.optics.grid import bspline_weights, in_bands
 
@@ -51,7 +52,7 @@ def sample_camera(
     return picture
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def _sample_rows(
     field: NDArray[np.float32], nodes: NDArray[np.float64], start: int, beyond: float, picture: NDArray[np.float32]
 ) -> None:
@@ -146,7 +147,7 @@ def expose(
     return raw
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def _expose_rows(
     picture: NDArray[np.float32],
     veiling: NDArray[np.float32],

@@ -19,6 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import CALLED, KERNEL
 from paxel_runtime.optics.grid import FineGrid, bspline_weights, correlated_noise, in_bands
 
 __all__ = [
@@ -278,7 +279,7 @@ def camera_to_fine_grid(maps: BenchMaps, grid: FineGrid, camera_resolution: tupl
     return grid.to_sample(nodes)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _wave_at(u: float, v: float, wave_mm: NDArray[np.float64]) -> tuple[float, float]:
     """Displacement in mm of the light of raster position (u, v); the nearest known value beyond the raster."""
     rows, columns = wave_mm.shape[1], wave_mm.shape[2]
@@ -297,7 +298,7 @@ def _wave_at(u: float, v: float, wave_mm: NDArray[np.float64]) -> tuple[float, f
     return dx, dy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _to_wall(u: float, v: float, maps: BenchMaps) -> tuple[float, float]:
     """`raster_to_wall` of one point."""
     nx, ny = (u - maps.raster_centre[0]) / maps.radius_px, (maps.raster_centre[1] - v) / maps.radius_px
@@ -307,13 +308,13 @@ def _to_wall(u: float, v: float, maps: BenchMaps) -> tuple[float, float]:
     return x + dx, y + dy
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _project(h: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
     w = h[2, 0] * x + h[2, 1] * y + h[2, 2]
     return (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / w, (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / w
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _undistortion(x: float, y: float, k: float) -> float:
     """Factor that undoes r (1 + k r^2): Newton's method, error (k r^2)^8: below 1e-13 for |k| r^2 < 0.02."""
     r2 = x * x + y * y
@@ -323,7 +324,7 @@ def _undistortion(x: float, y: float, k: float) -> float:
     return factor
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _points_to_wall(points: NDArray[np.float64], maps: BenchMaps) -> NDArray[np.float64]:
     wall = np.empty_like(points)
     for i in range(len(points)):
@@ -331,7 +332,7 @@ def _points_to_wall(points: NDArray[np.float64], maps: BenchMaps) -> NDArray[np.
     return wall
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _camera_nodes_to_raster(first_row: int, maps: BenchMaps, nodes: NDArray[np.float64]) -> None:
     scale, x0, y0 = maps.camera_frame
     for j in range(nodes.shape[0]):

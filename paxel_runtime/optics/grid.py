@@ -16,6 +16,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
+
 __all__ = ["MARGIN_PX", "FineGrid", "bspline_weights", "correlated_noise", "gaussian_kernel", "in_bands"]
 
 MARGIN_PX = 4
@@ -96,7 +98,7 @@ def correlated_noise(shape: tuple[int, int], correlation: float, rng: np.random.
     return noise / noise.std()
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def bspline_weights(t: float) -> tuple[float, float, float, float]:
     """Weights of the cubic B-spline for the samples -1, 0, 1, 2 around a point at `t` in 0..1.
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
 from paxel_runtime.optics.grid import in_bands
 
@@ -183,7 +184,7 @@ def _discs(largest: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     return kernels.astype(np.float32), np.array([np.abs(offsets[row]).max() for row in lit])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _gather(
     x: NDArray[np.float32],
     variance_px2: NDArray[np.float32],

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Pattern
+from paxel_runtime.numba_options import CALLED, KERNEL
 from paxel_runtime.optics.geometry import BenchMaps, raster_to_wall
 from paxel_runtime.optics.grid import FineGrid, correlated_noise, in_bands
 
@@ -139,7 +140,7 @@ def _projected_sample(layers: InkLayers, maps: BenchMaps, grid: FineGrid) -> tup
     return long, max(short, 1e-9)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _signed_distance(bits: int, left: float, low: float) -> float:
     """Distance, in cells, from a point of a cell to the edge of the ink, negative inside; exact up to one cell.
 
@@ -166,7 +167,7 @@ def _signed_distance(bits: int, left: float, low: float) -> float:
     return np.sqrt(squared) if bits & 256 else -np.sqrt(squared)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _share_inside(depth: float, long: float, short: float) -> float:
     """Share of a rectangle's area behind a straight edge `depth` beyond its centre.
 
@@ -181,7 +182,7 @@ def _share_inside(depth: float, long: float, short: float) -> float:
     return 1.0 - tail if depth > 0.0 else tail
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _ragged_at(x: float, y: float, layers: InkLayers) -> float:
     """Noise of the edges at a point, mm; bilinear in the periodic tile."""
     if layers.ragged_mm.shape[0] == 0:
@@ -196,7 +197,7 @@ def _ragged_at(x: float, y: float, layers: InkLayers) -> float:
     return (1 - fy) * low + fy * high
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _cover_pixels(
     corners_mm: NDArray[np.float64],
     layers: InkLayers,

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from paxel_runtime.numba_options import CALLED, KERNEL
 from paxel_runtime.optics.geometry import BenchMaps
 from paxel_runtime.optics.grid import FineGrid, in_bands
 
@@ -52,7 +53,7 @@ def drive(
     -------
     (N, H, W) float32 array
     """
-    codes = np.ascontiguousarray(codes)
+    codes = np.ascontiguousarray(codes, np.uint16)  # one kernel for all depths
     x = np.empty((codes.shape[2], *codes.shape[:2]), np.float32)
     sums = np.zeros(len(codes))
 
@@ -65,7 +66,7 @@ def drive(
     return x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _drive_rows(
     codes: NDArray[np.unsignedinteger],
     start: int,
@@ -109,7 +110,7 @@ def fringe(x: NDArray[np.float32], fraction: float, exponent: float) -> NDArray[
     return lit
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _fringe_rows(
     x: NDArray[np.float32], start: int, stop: int, fraction: float, exponent: float, lit: NDArray[np.float32]
 ) -> None:
@@ -256,7 +257,7 @@ def spread_columns(x: NDArray[np.float32], footprint: Footprint) -> NDArray[np.f
     return spread
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _same_blur(radius2: float, radius2_x: NDArray[np.float32], first: int, bins: int) -> tuple[int, int]:
     """Bin of blur at sample `first` of a row, and where (a multiple of 16 samples further on) it ends."""
     bin_ = _blur_bin(radius2 + radius2_x[first], bins)
@@ -266,12 +267,12 @@ def _same_blur(radius2: float, radius2_x: NDArray[np.float32], first: int, bins:
     return bin_, min(last, radius2_x.shape[0])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _blur_bin(radius2: float, bins: int) -> int:
     return min(int(radius2 * (bins - 1) + 0.5), bins - 1)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def _spread_rows(samples: NDArray[np.float32], f: Footprint, start: int, spread: NDArray[np.float32]) -> None:
     """`samples` holds every padded pixel `subsamples` times, so that neighbours lie that many samples apart."""
     bins, taps, columns = f.weights_x.shape
@@ -288,7 +289,7 @@ def _spread_rows(samples: NDArray[np.float32], f: Footprint, start: int, spread:
             first = last
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def light_rows(spread: NDArray[np.float32], f: Footprint, start: int, light: NDArray[np.float32]) -> None:
     """Fill rows of light from `start` on, from what `spread_columns` gave; rows beyond the raster are dark."""
     bins, rows, taps = f.weights_y.shape
@@ -329,7 +330,7 @@ def footprint_adjoint(
     return padded[pad : pad + height, pad : pad + width].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def _adjoint(
     weights: NDArray[np.float64], first_row: int, first_column: int, f: Footprint, padded: NDArray[np.float64]
 ) -> None:

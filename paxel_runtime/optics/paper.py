@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.optics.grid import in_bands
 from paxel_runtime.optics.light import Footprint, light_rows, spread_columns
 
@@ -167,7 +168,7 @@ def convolve(field: NDArray[np.float32], kernel: NDArray[np.float32]) -> NDArray
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def convolve_rows(field: NDArray[np.float32], kernel: NDArray[np.float32], result: NDArray[np.float32]) -> None:
     """Convolve each row; (rows, columns) -> the same shape."""
     columns = field.shape[1]
@@ -185,7 +186,7 @@ def convolve_rows(field: NDArray[np.float32], kernel: NDArray[np.float32], resul
                 left[c] += weight * behind[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def convolve_columns(field: NDArray[np.float32], kernel: NDArray[np.float32], result: NDArray[np.float32]) -> None:
     """Convolve each column; (rows + 2 radius, columns) -> (rows, columns)."""
     rim = kernel.shape[0] - 1
@@ -200,7 +201,7 @@ def convolve_columns(field: NDArray[np.float32], kernel: NDArray[np.float32], re
                 target[c] += weight * (above[c] + below[c])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def _entering(
     light: NDArray[np.float32],
     coverage: NDArray[np.uint8],
@@ -229,7 +230,7 @@ def _entering(
                     target[c] += weight * covered[c] * source[c]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
+@njit(**KERNEL, fastmath=True)
 def _leaving(
     field: NDArray[np.float32],
     kernel: NDArray[np.float32],

@@ -13,6 +13,7 @@ from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 from scipy.ndimage import binary_dilation
 
 from paxel_runtime.errors import CalibrationError
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.structured_light import Decoded
 
 __all__ = ["fill_holes", "pixel_means"]
@@ -74,7 +75,7 @@ def fill_holes(camera_xy: NDArray[np.float32]) -> NDArray[np.float32]:
     return filled
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _sum_places(projector_xy: NDArray[np.float32], width: int, height: int) -> NDArray[np.float64]:
     """Sum of camera columns, rows and their number at each projector pixel, (height, width, 3)."""
     sums = np.zeros((height, width, 3))

@@ -7,6 +7,7 @@ computed there (design: section 7). Pure functions on arrays and a `Pattern`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +41,8 @@ class DesignRegistration:
     coverage : (H, W, M) float32 array
         Share of each of the pattern's colorants in the area of each projector pixel; the sum is 1 on the pattern, and
         less where the pixel reaches beyond it.
+    of_channels : (H, W, 1 or C, M) uint8 array
+        The same for the pixels of every channel asked for, 255 = all; one, that of `coverage`, if none was.
     coefficients : (m, 2) float64 array
         Camera place to millimetres of the nominal pattern, see `print_view.camera_to_mm`.
     figures : dict
@@ -49,6 +52,7 @@ class DesignRegistration:
     """
 
     coverage: NDArray[np.float32]
+    of_channels: NDArray[np.uint8]
     coefficients: NDArray[np.float64]
     figures: dict[str, Any]
 
@@ -62,6 +66,7 @@ def register_design(
     colors: NDArray[np.float64],
     *,
     to_mm: NDArray[np.float64] | None = None,
+    channel_xy: Sequence[NDArray[np.float32]] = (),
 ) -> DesignRegistration:
     """Register the printed pattern to a picture of it and compute what each projector pixel covers.
 
@@ -81,6 +86,8 @@ def register_design(
     to_mm : (3, 3) float64 array, optional
         Homography from the camera's picture to millimetres of the pattern, right to about a dot: from fiducials or
         the pattern's corners (see `print_start`). Without it the print is found by its own lattice.
+    channel_xy : sequence of (H, W, 2) float32 arrays
+        Lookup tables of channels whose pixels' coverages are wanted as well, one at a time in memory.
 
     Raises
     ------
@@ -120,11 +127,18 @@ def register_design(
     distance = np.hypot(*(dense - camera_xy[centre[1], centre[0]]).T)
     fit = grow(fit, scene, dense, distance, reach_px)
     fit = fit_print(fit, scene, _spread(camera_xy, usable, _WINDOWS))
-    coverage = _coverage(fit, scene, camera_xy, pattern, inks)
     signals = np.tile(fit.optics.paper, (len(pattern.colorants), 1))
     signals[inks] *= fit.optics.transmittance**2
     residual = residual_picture(fit, scene)
-    coverage, refined = refine_coverage(coverage, residual, camera_xy, signals, fit.optics, scene.px_mm)
+
+    def seen_at(xy: NDArray[np.float32]) -> tuple[NDArray[np.float32], dict[str, float]]:
+        return refine_coverage(_coverage(fit, scene, xy, pattern, inks), residual, xy, signals, fit.optics, scene.px_mm)
+
+    coverage, refined = seen_at(camera_xy)
+    of_channels = np.empty((*valid.shape, max(len(channel_xy), 1), coverage.shape[2]), np.uint8)
+    for j, xy in enumerate(channel_xy or [camera_xy]):
+        shares = coverage if xy is camera_xy else seen_at(xy)[0]
+        np.rint(255 * np.clip(shares, 0, 1), out=of_channels[:, :, j], casting="unsafe")
     figures = {
         **refined,
         "score": score,
@@ -134,7 +148,7 @@ def register_design(
         "scattering_um": 1000.0 * fit.optics.scattering_mm,
         "camera_blur_px": fit.optics.blur_px,
     }
-    return DesignRegistration(coverage, fit.coefficients, figures)
+    return DesignRegistration(coverage, of_channels, fit.coefficients, figures)
 
 
 def _middle_of(usable: NDArray[np.bool_]) -> tuple[int, int]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 from scipy.sparse import csr_array
 
+from paxel_runtime.numba_options import CALLED, KERNEL
 from paxel_runtime.registration.start import chebyshev_terms, orders, polynomial_grid
 
 __all__ = [
@@ -50,7 +51,7 @@ _FIELD_RIDGE = 1e-4
 _FOLDS = 5
 
 
-@nb.njit(cache=True)
+@nb.njit(**CALLED)
 def _gradient(signal: NDArray[np.float32], row: int, column: int) -> tuple[float, float]:
     """Relative gradient of the signal, 1/px, by differences of fourth order; 0 at the picture's rim."""
     h, w = signal.shape
@@ -64,7 +65,7 @@ def _gradient(signal: NDArray[np.float32], row: int, column: int) -> tuple[float
     return across / (12.0 * here), down / (12.0 * here)
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def ink_shift(signal: NDArray[np.float32], rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
     """Direction in which ink moves what a camera pixel measures: the relative gradient of the signal, (n, 2) in 1/px.
 
@@ -74,11 +75,11 @@ def ink_shift(signal: NDArray[np.float32], rows: NDArray[np.int64], columns: NDA
     """
     shift = np.empty((rows.size, 2))
     for k in range(rows.size):
-        shift[k] = _gradient(signal, rows[k], columns[k])
+        shift[k, 0], shift[k, 1] = _gradient(signal, rows[k], columns[k])
     return shift
 
 
-@nb.njit(cache=True)
+@nb.njit(**CALLED)
 def point_residual(
     u: float,
     v: float,
@@ -89,7 +90,7 @@ def point_residual(
     ink_px2: float,
 ) -> tuple[float, float]:
     """Way from the table's place of projector (u, v) to the camera pixel that decoded to it, freed of ink's pull."""
-    height, width = table.shape[1:]
+    height, width = table.shape[1], table.shape[2]
     left = min(max(math.floor(u), 0), width - 2)
     top = min(max(math.floor(v), 0), height - 2)
     across, down = _gradient(signal, row, column)
@@ -98,7 +99,6 @@ def point_residual(
     return off_x, off_y
 
 
-@nb.njit(cache=True)
 def gather(
     projector_xy: NDArray[np.float32],
     signal: NDArray[np.float32],
@@ -127,10 +127,24 @@ def gather(
     hit : (H, W) bool array
         Projector pixels that a point with a weight fell on.
     """
-    height, width = table.shape[1:]
-    rows, columns = -(-height // BLOCK) + 2 * RIM, -(-width // BLOCK) + 2 * RIM
-    sums = np.zeros((3, rows, columns))
-    hit = np.zeros((height, width), np.bool_)
+    sums = np.zeros((3, *(-(-size // BLOCK) + 2 * RIM for size in table.shape[1:])))
+    hit = np.zeros(table.shape[1:], np.bool_)
+    _gather_into(projector_xy, signal, reference, table, ink_px2, cutoff_px, sums, hit)
+    return sums, hit
+
+
+@nb.njit(**KERNEL)
+def _gather_into(
+    projector_xy: NDArray[np.float32],
+    signal: NDArray[np.float32],
+    reference: float,
+    table: NDArray[np.float64],
+    ink_px2: float,
+    cutoff_px: float,
+    sums: NDArray[np.float64],
+    hit: NDArray[np.bool_],
+) -> None:
+    height, width = table.shape[1], table.shape[2]
     for row in range(signal.shape[0]):
         for column in range(signal.shape[1]):
             u = float(projector_xy[row, column, 0])
@@ -150,10 +164,9 @@ def gather(
             sums[0, i, j] += weight
             sums[1, i, j] += weight * off_x
             sums[2, i, j] += weight * off_y
-    return sums, hit
 
 
-@nb.njit(cache=True)
+@nb.njit(**CALLED)
 def _between(plane: NDArray[np.float64], top: int, left: int, fy: float, fx: float) -> float:
     upper = plane[top, left] * (1.0 - fx) + plane[top, left + 1] * fx
     return upper * (1.0 - fy) + (plane[top + 1, left] * (1.0 - fx) + plane[top + 1, left + 1] * fx) * fy

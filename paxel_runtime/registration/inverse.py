@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["invert_table"]
 
@@ -50,7 +51,7 @@ def invert_table(camera_xy: NDArray[np.floating], shape: tuple[int, int]) -> NDA
     return _invert(np.ascontiguousarray(camera_xy, np.float64), shape[0], shape[1])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**KERNEL)
 def _invert(table: NDArray[np.float64], h: int, w: int) -> NDArray[np.float32]:
     inverse = np.full((h, w, 2), np.float32(np.nan))
     for row in range(table.shape[0] - 1):

@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.model.pattern import Pattern
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["ink_shares", "ink_tables", "pixel_shares"]
 
@@ -50,7 +51,7 @@ def _edges(inked: NDArray[np.bool_]) -> NDArray[np.uint16]:
     return bits
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _depth(x: float, y: float, edges: NDArray[np.uint16], frame: NDArray[np.float64], near_mm: float) -> float:
     """Distance in mm from a point to the edge of an ink, positive inside; right up to `near_mm`, half a dot at most."""
     rows, columns = edges.shape
@@ -79,7 +80,7 @@ def _depth(x: float, y: float, edges: NDArray[np.uint16], frame: NDArray[np.floa
     return min(depth, frame[3] - abs(x), frame[4] - abs(y))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _shares_at(
     x: float,
     y: float,
@@ -99,13 +100,13 @@ def _shares_at(
         free -= share
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**CALLED)
 def _quadratic(before: float, middle: float, behind: float, t: float) -> float:
     """Through values at -1, 0 and 1."""
     return middle + t * (0.5 * (behind - before) + t * (0.5 * (behind + before) - middle))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def ink_shares(
     nodes_mm: NDArray[np.float64],
     samples: int,
@@ -155,7 +156,7 @@ def ink_shares(
     return result
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL)
 def pixel_shares(
     centres_mm: NDArray[np.float64],
     edges: NDArray[np.uint16],

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.registration.fit import point_residual
 
 __all__ = ["BIN_PX", "BLOCK_PX", "Residuals", "measure_residuals", "no_residuals"]
@@ -59,7 +60,10 @@ def measure_residuals(
     outlier_px : float
         Camera pixels from which on a point does not count in the map.
     """
-    histogram, squares, counts = _collect(projector_xy, signal, table, ink_px2, outlier_px)
+    histogram = np.zeros(_BINS + 1, np.int64)
+    squares = np.zeros(tuple(-(-size // BLOCK_PX) for size in table.shape[1:]))
+    counts = np.zeros_like(squares)
+    _collect(projector_xy, signal, table, ink_px2, outlier_px, histogram, squares, counts)
     with np.errstate(invalid="ignore"):
         return Residuals(histogram, np.sqrt(squares / counts).astype(np.float32))
 
@@ -69,18 +73,18 @@ def no_residuals() -> Residuals:
     return Residuals(np.zeros(_BINS + 1, np.int64), np.full((1, 1), np.nan, np.float32))
 
 
-@njit(cache=True)
+@njit(**KERNEL)
 def _collect(
     projector_xy: NDArray[np.float32],
     signal: NDArray[np.float32],
     table: NDArray[np.float64],
     ink_px2: float,
     outlier_px: float,
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    height, width = table.shape[1:]
-    histogram = np.zeros(_BINS + 1, np.int64)
-    squares = np.zeros((-(-height // BLOCK_PX), -(-width // BLOCK_PX)))
-    counts = np.zeros_like(squares)
+    histogram: NDArray[np.int64],
+    squares: NDArray[np.float64],
+    counts: NDArray[np.float64],
+) -> None:
+    height, width = table.shape[1], table.shape[2]
     for row in range(signal.shape[0]):
         for column in range(signal.shape[1]):
             u = float(projector_xy[row, column, 0])
@@ -95,4 +99,3 @@ def _collect(
                 j = min(max(int(u + 0.5), 0), width - 1) // BLOCK_PX
                 squares[i, j] += off * off
                 counts[i, j] += 1.0
-    return histogram, squares, counts

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates, uniform_filter
 
 from paxel_runtime.errors import CalibrationError, InputError
+from paxel_runtime.numba_options import KERNEL
 from paxel_runtime.registration import fit
 from paxel_runtime.registration import start as begin
 from paxel_runtime.registration.delaunay import fill_holes, pixel_means
@@ -90,8 +91,8 @@ def fit_registration(decoded: Decoded, width: int, height: int, *, seed: int = 0
     samples = _draw(decoded, rows, columns, seed)
     start = begin.fit_start(samples, width, height, seed)
     weight = (samples.signal / np.median(samples.signal)) ** 2
-    planes = (np.ascontiguousarray(plane) for plane in (decoded.projector_xy, decoded.signal))
-    points = (*planes, float(np.median(samples.signal)))
+    projector_xy, signal = np.ascontiguousarray(decoded.projector_xy), np.ascontiguousarray(decoded.signal)
+    points = projector_xy, signal, float(np.median(samples.signal))
     table = begin.polynomial_grid(start.coefficients, width, height)
     # what the first polynomial cannot follow is no outlier yet
     sums, _ = fit.gather(*points, table, start.ink_px2, max(start.cutoff_px, _LOOSE * _pitch(table)))
@@ -226,20 +227,19 @@ def warp_to_nodal(picture: NDArray[np.number], camera_xy: NDArray[np.floating]) 
         )
     # one kind of array whatever comes in, so that the kernel compiles once; float32 holds 16 bits exactly
     planes = np.ascontiguousarray(picture if picture.ndim == 3 else picture[..., None], np.float32)
-    nodal = _bilinear(planes, np.ascontiguousarray(camera_xy, np.float32))
+    nodal = np.full((*camera_xy.shape[:2], planes.shape[2]), np.nan, np.float32)
+    _bilinear(planes, np.ascontiguousarray(camera_xy, np.float32), nodal)
     return nodal if picture.ndim == 3 else nodal[..., 0]
 
 
-@nb.njit(cache=True)
-def _bilinear(planes: NDArray[np.float32], camera_xy: NDArray[np.float32]) -> NDArray[np.float32]:
+@nb.njit(**KERNEL)
+def _bilinear(planes: NDArray[np.float32], camera_xy: NDArray[np.float32], nodal: NDArray[np.float32]) -> None:
     h, w, channels = planes.shape
-    nodal = np.empty((camera_xy.shape[0], camera_xy.shape[1], channels), np.float32)
     for row in range(camera_xy.shape[0]):
         for column in range(camera_xy.shape[1]):
             x = float(camera_xy[row, column, 0])
             y = float(camera_xy[row, column, 1])
             if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
-                nodal[row, column] = np.nan
                 continue
             x = min(max(x, 0.0), w - 1.0)
             y = min(max(y, 0.0), h - 1.0)
@@ -253,4 +253,3 @@ def _bilinear(planes: NDArray[np.float32], camera_xy: NDArray[np.float32]) -> ND
                 upper = planes[top, left, c] * (1.0 - fx) + planes[top, right, c] * fx
                 lower = planes[low, left, c] * (1.0 - fx) + planes[low, right, c] * fx
                 nodal[row, column, c] = upper * (1.0 - fy) + lower * fy
-    return nodal

@@ -18,6 +18,7 @@ __all__ = ["BENCH_CHANNELS", "PAPERS", "SPECTRA", "ColorantSettings", "Response"
 Positive = Annotated[float, Field(gt=0)]
 Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
+Percent = Annotated[float, Field(ge=0, lt=50)]
 Response = Literal["linear", "power", "srgb", "red-preset", "green-preset", "blue-preset", "rgbw"]
 Pan = Annotated[float, Field(ge=-2, le=2)]
 Tilt = Annotated[float, Field(ge=-20, le=20)]
@@ -272,13 +273,36 @@ class ViewingSettings(Section):
 class MappingSettings(Section):
     """How pictures are fitted into what the pattern can show."""
 
+    method: Literal["adaptive", "static"] = Field(
+        "adaptive",
+        description="adaptive: two pictures share what the pattern can show, where that gains contrast; "
+        "static: each for itself",
+    )
+    lightness: Literal["linear", "fixed", "clip"] = Field(
+        "linear", description="the picture's range of L*, or 0-100, onto the grays there are; or kept and clipped"
+    )
+    black_percent: Percent = Field(0.5, description="share of the picture that becomes black, with linear")
+    white_percent: Percent = Field(0.5, description="share of the picture that becomes white, with linear")
     chroma: Literal["soft", "clip"] = Field("soft", description="how chroma meets the edge of the sub-gamut")
     placement: Literal["fill", "fit", "stretch"] = Field("fill", description="how a picture fills the projection")
+    align: tuple[Share, Share] = Field(
+        (0.5, 0.5), description="what is kept or where it stands, across and down: 0 = left, top; 0.5 = the middle"
+    )
+    geometry: Literal["frame", "wall"] = Field(
+        "frame",
+        description="pictures straight on the projector's frame, or on the wall, so that circles are round there: by "
+        "clusters.corners_px, or else as a camera sees it that looks straight at the wall",
+    )
 
 
 class AssemblySettings(Section):
     """How the projection image is put together."""
 
+    method: Literal["refine", "dither", "combine"] = Field(
+        "refine",
+        description="dither: each pixel takes its cluster's part; refine: corrected for what the eye sees of each "
+        "pixel's own coverage; combine: blocks of pixels share their colours",
+    )
     outside: Literal["black", "white"] = Field("black", description="light beside the pattern")
 
 

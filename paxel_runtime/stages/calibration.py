@@ -44,6 +44,7 @@ from paxel_runtime.model.cam16 import CAM16_UCS_difference
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, linear_sRGB_to_sRGB, observer
 from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.model_image import FOLDER, median_model, write_model_image
+from paxel_runtime.stages.coverages import coverages_and_figures
 from paxel_runtime.storage import model_to_dict, read_image, read_tiff, write_image, write_json, write_npz, write_text
 
 __all__ = ["calibrate"]
@@ -114,7 +115,10 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
     ratios = field_ratios(
         images.captures, captures.plan, model.channels, captures.camera_xy, images.inside, model.clusters
     )
+    progress("look at the pixels")
+    coverages, of_pixels = coverages_and_figures(installation, captures)
     with installation.writing("calibration") as folder:
+        write_npz(folder / "coverages.npz", **coverages)
         description = model_to_dict(_under_white(model, settings.model.white))
         if conversion is not None:
             description = _write_model_image(installation, images, conversion, model, folder, progress)
@@ -141,6 +145,7 @@ def _calibrate(installation: Installation, progress: Progress, readings_file: Pa
                 "registration": captures.facts["registration"],
                 "registration_report": captures.facts.get("registration_report", {}),
                 "clusters": captures.facts["clusters"],
+                "coverages": of_pixels,
                 "cross_check": captures.facts.get("cross_check", {}),
                 "field_ratios": ratios,
                 "honesty": honesty_figures(findings),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 from paxel_runtime.captures.tethering import FolderDevices
 from paxel_runtime.devices.base import Devices
@@ -18,37 +20,39 @@ from paxel_runtime.storage import read_json
 __all__ = ["open_bench", "open_devices"]
 
 
-def open_bench(installation: Installation) -> VirtualBench:
-    """The virtual bench with this installation's print on it."""
+def open_bench(installation: Installation, **changes: Any) -> VirtualBench:
+    """The virtual bench with this installation's print on it; `changes` are fields of `BenchSetup` for this time."""
+    return VirtualBench(replace(_bench_setup(installation), **changes))
+
+
+def _bench_setup(installation: Installation) -> BenchSetup:
     s, p, b = installation.settings, installation.settings.projector, installation.settings.bench
     builtin = p.spectra in PROJECTORS
-    return VirtualBench(
-        BenchSetup(
-            pattern=load_pattern(installation),
-            resolution=p.resolution,
-            width_mm=p.width_mm,
-            channels=p.channels,
-            bits=p.bits,
-            camera_resolution=s.camera.resolution,
-            camera_bits=s.camera.bits,
-            aperture_mm=s.meter.aperture_mm,
-            quality=b.quality,
-            seed=b.seed,
-            second_surface="gray" if s.model.second_surface == "gray" else b.white_sheet,
-            sheet_distance_mm=b.sheet_distance_mm,
-            sheet_tilt_deg=b.sheet_tilt_deg,
-            ambient=b.ambient,
-            level_spectra=b.level_spectra,
-            brightener=b.brightener,
-            overprint=b.overprint,
-            channel_blur=b.channel_blur,
-            responses=p.responses,
-            exposure=b.exposure,
-            bayer=b.bayer,
-            camera_pose=CameraPose(b.camera_pan, b.camera_zoom, b.camera_roll_deg, b.camera_slant),
-            projector=p.spectra if builtin else "dlp",
-            spectra={} if builtin else read_projector_spectra(installation.path / p.spectra, p.channels),
-        )
+    return BenchSetup(
+        pattern=load_pattern(installation),
+        resolution=p.resolution,
+        width_mm=p.width_mm,
+        channels=p.channels,
+        bits=p.bits,
+        camera_resolution=s.camera.resolution,
+        camera_bits=s.camera.bits,
+        aperture_mm=s.meter.aperture_mm,
+        quality=b.quality,
+        seed=b.seed,
+        second_surface="gray" if s.model.second_surface == "gray" else b.white_sheet,
+        sheet_distance_mm=b.sheet_distance_mm,
+        sheet_tilt_deg=b.sheet_tilt_deg,
+        ambient=b.ambient,
+        level_spectra=b.level_spectra,
+        brightener=b.brightener,
+        overprint=b.overprint,
+        channel_blur=b.channel_blur,
+        responses=p.responses,
+        exposure=b.exposure,
+        bayer=b.bayer,
+        camera_pose=CameraPose(b.camera_pan, b.camera_zoom, b.camera_roll_deg, b.camera_slant),
+        projector=p.spectra if builtin else "dlp",
+        spectra={} if builtin else read_projector_spectra(installation.path / p.spectra, p.channels),
     )
 
 

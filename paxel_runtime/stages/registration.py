@@ -26,7 +26,8 @@ from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ, spectra
 from paxel_runtime.printed import printed_pattern
 from paxel_runtime.registration import ChannelRegistration, quick_frame, register_quick
 from paxel_runtime.registration.residuals import no_residuals
-from paxel_runtime.storage import read_tiff, write_image, write_json, write_npz, write_tiff
+from paxel_runtime.stages.coverages import coverage_of_pixels
+from paxel_runtime.storage import read_npz, read_tiff, write_image, write_json, write_npz, write_tiff
 
 __all__ = ["QUICK_FRAME", "quick_codes", "relabel", "run_quick_registration", "take_quick_picture", "write_quick_frame"]
 
@@ -61,9 +62,9 @@ def write_quick_frame(installation: Installation) -> Path:
 def run_quick_registration(installation: Installation, picture: NDArray[np.uint16] | Path) -> dict[str, Any]:
     """Move the lookup tables to where a picture shows the light, and sort the pixels anew.
 
-    Writes ``registration.npz``, ``clusters.png``, ``cluster-map.png``, ``quick.json`` and ``quick.tif`` into
-    ``calibration/``; the model stays, as it speaks of clusters, not of places. Nothing is written unless the warp
-    suffices.
+    Writes ``registration.npz``, ``coverages.npz``, ``clusters.png``, ``cluster-map.png``, ``quick.json`` and
+    ``quick.tif`` into ``calibration/``; the model stays, as it speaks of clusters, not of places. Nothing is written
+    unless the warp suffices.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def run_quick_registration(installation: Installation, picture: NDArray[np.uint1
             f"Run: paxel capture {installation.path} --force"
         )
     moved = {name: quick.moved(table) for name, table in captures.camera_xy.items()}
-    nodal, labels = _sort_moved(installation, captures, moved)
+    nodal, labels, coverage = _sort_moved(installation, captures, moved)
     K = installation.settings.clusters.count
     known = (labels != _OUTSIDE) & (captures.labels[K] != _OUTSIDE)
     figures = {**quick.figures, "relabelled": float(np.mean(labels[known] != captures.labels[K][known]))}
@@ -116,6 +117,7 @@ def run_quick_registration(installation: Installation, picture: NDArray[np.uint1
             valid=np.asarray(np.isfinite(nodal).all(axis=-1)),
             **{f"camera_xy_{name}": table for name, table in moved.items()},
         )
+        write_npz(target / "coverages.npz", coverage=coverage, point_spread=_known_spread(target, len(channels)))
         write_image(target / "clusters.png", labels)
         write_image(target / "cluster-map.png", label_picture(labels, names))
         write_tiff(target / "quick.tif", picture)
@@ -123,10 +125,16 @@ def run_quick_registration(installation: Installation, picture: NDArray[np.uint1
     return figures
 
 
+def _known_spread(calibration: Path, channels: int) -> NDArray[np.float64]:
+    """The projector's point spread as calibration found it; a bump does not change it."""
+    file = calibration / "coverages.npz"
+    return read_npz(file)["point_spread"] if file.is_file() else np.zeros((channels, 6))
+
+
 def _sort_moved(
     installation: Installation, captures: CaptureFolder, moved: Mapping[str, NDArray[np.float32]]
-) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
-    """Nodal images and labels of the pixels at their new places, sorted as the installation sorts them."""
+) -> tuple[NDArray[np.float32], NDArray[np.uint8], NDArray[np.uint8]]:
+    """Nodal images, labels and coverages of the pixels at their new places, sorted as the installation sorts them."""
     settings, folder = installation.settings, installation.folder("captures")
     channels, K = settings.projector.channels, settings.clusters.count
     tables = {name: _table(table, captures.valid) for name, table in moved.items()}
@@ -137,10 +145,11 @@ def _sort_moved(
 
     nodal = nodal_reflectance(read, channels, tables, normalise=normalise)
     if settings.clusters.method != "design":
-        return nodal, relabel(captures.nodal, captures.labels[K], nodal)
+        labels = relabel(captures.nodal, captures.labels[K], nodal)
+        return nodal, labels, coverage_of_pixels(installation, nodal, labels, moved, captures.valid)
     pattern = printed_pattern(installation)
     white_Y = spectra_to_XYZ(pattern.library["white"].reflectance)[1]
-    clusters, _ = sort_by_design(
+    clusters, _, coverage = sort_by_design(
         read,
         tables[guide_channel(channels)],
         captures.valid & np.isfinite(nodal).all(axis=-1),
@@ -154,8 +163,9 @@ def _sort_moved(
         pattern,
         normalise=normalise,
         corners_px=settings.clusters.corners_px,
+        tables=[moved[name] for name in channels],
     )
-    return nodal, clusters[K].labels
+    return nodal, clusters[K].labels, coverage
 
 
 def _table(camera_xy: NDArray[np.float32], valid: NDArray[np.bool_]) -> ChannelRegistration:

@@ -12,10 +12,12 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import CALLED, KERNEL
+
 __all__ = ["add_bit", "amplitude_terms", "median_near", "place_terms", "settle"]
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def add_bit(
     lit: NDArray[np.uint16],
     inverse: NDArray[np.uint16],
@@ -62,7 +64,7 @@ def add_bit(
                 faint[row, column] = True
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def median_near(
     code: NDArray[np.uint16], weak: NDArray[np.uint16], fine: int, dark: NDArray[np.bool_], reach: int
 ) -> NDArray[np.float32]:
@@ -93,7 +95,7 @@ def median_near(
     return result
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def amplitude_terms(
     place: NDArray[np.float32],
     light: NDArray[np.float32],
@@ -142,7 +144,7 @@ def amplitude_terms(
     return product, square
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def place_terms(
     place: NDArray[np.float32],
     amplitude: NDArray[np.float32],
@@ -183,7 +185,7 @@ def place_terms(
     return score, information, misfit
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def settle(
     place: NDArray[np.float32],
     sigma: NDArray[np.float32],
@@ -248,7 +250,7 @@ def settle(
                 reason[row, column] = reasons[1] if known else reasons[0]
 
 
-@nb.njit(cache=True)
+@nb.njit(**CALLED)
 def _beside_edge(here: int, mask: int, bits: int) -> bool:
     """Whether `mask` is a single bit whose change makes Gray code `here` a neighbouring bin."""
     if mask & (mask - 1) != 0:

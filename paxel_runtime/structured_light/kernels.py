@@ -13,6 +13,8 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
+
 __all__ = [
     "MANY",
     "add_gray_pair",
@@ -26,7 +28,7 @@ MANY = 255
 """`doubt` of a pixel where more than one bit is in doubt."""
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def add_gray_pair(
     lit: NDArray[np.uint16],
     inverse: NDArray[np.uint16],
@@ -67,7 +69,7 @@ def add_gray_pair(
                 doubt[row, column] = bit + 1 if doubt[row, column] == 0 else MANY
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def gray_to_position(
     code: NDArray[np.uint16], doubt: NDArray[np.uint8], bits: int, reason: NDArray[np.uint8], too_weak: int
 ) -> NDArray[np.float32]:
@@ -96,7 +98,7 @@ def gray_to_position(
     return position
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def add_line(
     capture: NDArray[np.uint16],
     cosine: float,
@@ -134,7 +136,7 @@ def add_line(
                 clipped[row, column] = True
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def join_lines(
     wave: NDArray[np.float32],
     total: NDArray[np.float32],
@@ -208,7 +210,7 @@ def join_lines(
                 reason[row, column] = reasons[3]
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def fill_near(values: NDArray[np.float32], reach: int) -> NDArray[np.float32]:
     """Copy of `values` (h, w) with every NaN that has a known value within `reach` pixels replaced by the nearest."""
     filled = values.copy()

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from paxel_runtime.numba_options import KERNEL
+
 __all__ = ["remove_ripple"]
 
 _BLOCK = 32
@@ -88,9 +90,11 @@ def _block_ripple(
     (Schur complement), so that a block in which the two cannot be told apart has no say.
     """
     n = len(corners)
-    solution, cutoff_px = np.zeros((n, 8)), np.full(n, np.inf)
+    solution: NDArray[np.float64] = np.zeros((n, 8))
+    cutoff_px = np.full(n, np.inf)
     for _ in range(3):
-        normal, misfit = _normals(place, signal, reason, corners, _BLOCK, solution, cutoff_px)
+        normal, misfit = np.zeros((n, 9, 9)), np.zeros((n, 3))
+        _normals(place, signal, reason, corners, _BLOCK, solution, cutoff_px, normal, misfit)
         known = (misfit[:, 2] >= _BLOCK**2 / 2) & (misfit[:, 0] > 0)
         normal[~known] = np.eye(9)
         normal /= normal[:, :1, :1]
@@ -98,14 +102,14 @@ def _block_ripple(
         # the misfit is about the solution before: that of the first round, which had none, says nothing
         rms = np.sqrt(misfit[:, 1] / np.maximum(misfit[:, 0], 1e-30))
         cutoff_px = np.where(np.any(solution, axis=1), np.maximum(6.0 * rms, 1e-3), np.inf)
-        solution = np.linalg.solve(normal[:, :8, :8], normal[:, :8, 8:])[..., 0]
+        solution = np.linalg.solve(normal[:, :8, :8], normal[:, :8, 8:])[..., 0].astype(np.float64)
     mixed = normal[:, :6, 6:8]
     rest = normal[:, 6:8, 6:8] - np.swapaxes(mixed, 1, 2) @ np.linalg.solve(normal[:, :6, :6], mixed)
     count = np.where(known, misfit[:, 2], 0.0)
     return solution[:, 6:], rest * (count / np.maximum(rms**2, 1e-10))[:, None, None]
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def _normals(
     position: NDArray[np.float32],
     signal: NDArray[np.float32],
@@ -114,7 +118,9 @@ def _normals(
     size: int,
     solution: NDArray[np.float64],
     cutoff_px: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    normal: NDArray[np.float64],
+    misfit: NDArray[np.float64],
+) -> None:
     """Normal equations, in each block of the picture, of the positions as a quadratic of the place plus a ripple.
 
     The eight terms are 1, x, y, x^2, x y, y^2 (x, y = -1..1 in the block), cos(2 pi u) and sin(2 pi u) at the measured
@@ -131,18 +137,14 @@ def _normals(
         Coefficients of the round before.
     cutoff_px : (blocks,) float64 array
         Residual from which on a pixel has no weight; inf: all count.
-
-    Returns
-    -------
     normal : (blocks, 9, 9) float64 array
-        Weighted products of the eight terms and, last, the position less that of the block's first pixel.
+        Zeros in; out: weighted products of the eight terms and, last, the position less that of the block's first
+        pixel.
     misfit : (blocks, 3) float64 array
-        Sum of weights, weighted sum of squared residuals, number of pixels.
+        Zeros in; out: sum of weights, weighted sum of squared residuals, number of pixels.
     """
-    normal = np.zeros((solution.shape[0], 9, 9))
-    misfit = np.zeros((solution.shape[0], 3))
     for block in range(corners.shape[0]):
-        top, left = corners[block]
+        top, left = corners[block, 0], corners[block, 1]
         terms = np.empty(9)
         origin = math.nan
         for i in range(top, top + size):
@@ -174,10 +176,9 @@ def _normals(
         for p in range(9):
             for q in range(p):
                 normal[block, q, p] = normal[block, p, q]
-    return normal, misfit
 
 
-@nb.njit(cache=True)
+@nb.njit(**KERNEL)
 def _subtract(
     position: NDArray[np.float32], row_terms: NDArray[np.float64], column_terms: NDArray[np.float64]
 ) -> float:

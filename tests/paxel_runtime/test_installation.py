@@ -74,7 +74,7 @@ def test_an_empty_folder_says_what_is_missing(fill: Callable[..., Installation])
         ("clusters.count", 2, "captures"),
         ("bench.quality", "harsh", "captures"),
         ("mapping.chroma", "clip", "projection"),
-        ("viewing.distance_mm", 3000.0, "preview"),
+        ("viewing.distance_mm", 3000.0, "projection"),
     ],
 )
 def test_a_changed_key_makes_its_stage_and_all_after_it_stale(

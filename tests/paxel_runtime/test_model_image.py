@@ -3,14 +3,17 @@
 import json
 import subprocess
 import sys
+import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
 from paxel_runtime.calibration import Fields
 from paxel_runtime.errors import InputError
+from paxel_runtime.inversion import invert
 from paxel_runtime.model.colorimetry import D65_XYZ, XYZ_to_Lab
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
@@ -142,3 +145,27 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert int(result.stdout) < 2e6  # kB
+
+
+def test_the_inversion_holds_a_few_tiles_of_the_model_at_a_time(tmp_path: Path) -> None:
+    """What it allocates for the equations does not grow with the picture; as float64 they were 110 MB here."""
+    shape, model = (400, 800), spectral()
+    write_model_image(tmp_path, fields_of(model, shape), n)
+    median = median_model(model, tmp_path, np.ones(shape, bool))
+    write_json(tmp_path / "model.json", model_to_dict(median) | {"image": "model-image"})
+    local = load_image_model(tmp_path)
+    wanted = [np.empty((*shape, 3), np.float32) for _ in range(2)]
+    for name, Lab in zip(("pattern", "white"), wanted, strict=True):
+        Lab[:] = XYZ_to_Lab(local.at((0, shape[1] // 2)).surfaces[name].predict_XYZ(np.full(n, 0.5)), D65_XYZ)
+    tile = (slice(0, 4), slice(0, 4))
+    invert(wanted[0][tile], wanted[1][tile], local.at(tile))  # compiling allocates, too
+    tracemalloc.start()
+    result = invert(wanted[0], wanted[1], local)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    answer = sum(part.nbytes for part in (result.x, result.dE_pattern, result.dE_white, result.status))
+    threads = numba.config.NUMBA_NUM_THREADS
+    # a chunk is 16,384 pixels: 288 bytes each as equations, and about as much again on the way
+    assert peak - answer < 5e6 + threads * 16384 * 288 * 3
+    middle = invert(wanted[0][5, 400], wanted[1][5, 400], local.at((5, 400)))
+    np.testing.assert_allclose(result.x[5, 400], middle.x, atol=1e-6)  # tiles do not show

@@ -7,9 +7,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ
+from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ, spectra_to_XYZ
+from paxel_runtime.model.pattern import colorant_library
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
+from paxel_runtime.optics.spectra import primaries
 
 Oracle = Callable[[PredictionModel, NDArray[np.float64]], bool]
 
@@ -54,6 +56,29 @@ def measured_model() -> Callable[..., PredictionModel]:
         return make_model(A_pattern * errors[0], A_white * errors[1], clusters)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def four_channel_model() -> Callable[..., PredictionModel]:
+    """Two measured inks under the measured red, green, blue and white of one projector, 15 % of the light spilt."""
+
+    def make(*inks: str) -> PredictionModel:
+        light = primaries(("red", "green", "blue", "white"), "rgbw")
+        library = colorant_library()
+        solids = np.array([library[ink].reflectance for ink in inks])
+        reflectances = 0.85 * solids + 0.15 * solids.mean(axis=0)
+        paper = np.tile(library["white"].reflectance, (len(inks), 1))
+        A = [np.concatenate([spectra_to_XYZ(light * r) for r in side]).T / len(inks) for side in (reflectances, paper)]
+        return make_model(A[0], A[1], len(inks))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def uv_model(model_of: Callable[..., PredictionModel]) -> PredictionModel:
+    """Red, green and blue fluorescent inks under one UV channel: one surface."""
+    inks = [colorant_library()[name].fluorescence for name in ("uv-red", "uv-green", "uv-blue")]
+    return model_of(np.column_stack([spectra_to_XYZ(ink.emission) for ink in inks if ink is not None]), None, 3)
 
 
 @pytest.fixture(scope="session")

@@ -20,7 +20,7 @@ def test_optimum_and_feasibility_are_those_of_highs(seed: int, r: int, more: int
     # From the middle of the box outwards, so that some have an answer and some do not.
     middle = (lower + upper) / 2 + reach * rng.uniform(-1, 1, m) * (upper - lower)
     rhs, cost = columns @ middle, np.round(rng.standard_normal(m), 1 if ties else 15)
-    status, v = solve_boxed_lp(columns, rhs, cost, lower, upper)
+    status, v, worth = solve_boxed_lp(columns, rhs, cost, lower, upper)
     expected = linprog(-cost, A_eq=columns, b_eq=rhs, bounds=np.stack((lower, upper), axis=1), method="highs")
     if np.linalg.matrix_rank(columns, tol=1e-8) < r:
         assert status in (STALLED, INFEASIBLE)
@@ -31,9 +31,13 @@ def test_optimum_and_feasibility_are_those_of_highs(seed: int, r: int, more: int
         assert cost @ v == pytest.approx(-expected.fun, abs=1e-6, rel=1e-6)
         np.testing.assert_allclose(columns @ v, rhs, atol=1e-8)
         assert np.all((v >= lower) & (v <= upper))
+        # Strong duality: what the rows are worth, and what the bounds are beyond that, make up the optimum.
+        beyond = cost - worth @ columns
+        bounds = np.where(beyond > 0, upper, lower) @ beyond
+        assert worth @ rhs + bounds == pytest.approx(cost @ v, abs=1e-6, rel=1e-6)
 
 
 def test_rows_that_depend_on_each_other_are_told() -> None:
     columns = np.array([[1.0, 2, 3], [2, 4, 6]])
-    status, _ = solve_boxed_lp(columns, np.ones(2), np.ones(3), np.zeros(3), np.ones(3))
+    status, _, _ = solve_boxed_lp(columns, np.ones(2), np.ones(3), np.zeros(3), np.ones(3))
     assert status == STALLED

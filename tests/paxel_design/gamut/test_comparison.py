@@ -1,4 +1,4 @@
-"""RGB spaces against published volumes, and what bodies share; samples, areas of hue and pictures beside them."""
+"""RGB spaces against published volumes, and what bodies share; areas of hue and pictures beside them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,14 +18,12 @@ from paxel_design.gamut import (
     lightness_rectangle,
     product_pair,
     rgb_space,
-    sampled_gamut,
     sub_gamut,
 )
 from paxel_design.gamut.figures import plane_mesh, write_hue_figure, write_lightness_figure
 from paxel_design.gamut.meshes import exact_volume
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
-from paxel_runtime.model.effects import Chroma, Full, HueShift, Neutralize
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 
 Models = Callable[..., PredictionModel]
@@ -126,27 +124,6 @@ def test_maximised_pairs_are_no_smaller_than_the_closure_and_products(measured_m
     assert exact_volume(product_pair(joint)[0]) == exact_volume(closure[0]), "auto: the closure is even enough"
     with pytest.raises(InputError, match="auto, closure, volume, contrast"):
         product_pair(joint, "best")
-
-
-@pytest.mark.parametrize("effect", [Full(), HueShift(45), Neutralize((50, 0, 0), 2.0)])
-def test_samples_lie_in_the_exact_sets(measured_model: Models, effect: Full | HueShift | Neutralize) -> None:
-    joint = JointGamut(measured_model(1, 2))
-    sampled = sampled_gamut(joint, effect, steps=6)
-    assert sampled.field is not None
-    marked = sampled.field.origin + np.argwhere(sampled.field.values > 0)
-    XYZ = Lab_to_XYZ(marked, sampled.white_point)
-    exact = sub_gamut(joint, effect, step=6.0)
-    # A cell is marked for a sample up to 0.87 away from its middle: dark ones lie that far outside.
-    inside = exact.slack(XYZ) > -0.03
-    assert len(marked) > 2, "few: at 7 steps sampling misses nearly all of the neutralisation set"
-    assert inside.mean() > 0.97
-
-
-def test_sampling_refuses_what_it_cannot_do(measured_model: Models) -> None:
-    with pytest.raises(InputError, match="1e10"):
-        sampled_gamut(JointGamut(measured_model(1, 3)), Full())
-    with pytest.raises(InputError, match="no condition on single pairs"):
-        sampled_gamut(JointGamut(measured_model(1, 2)), Chroma())
 
 
 def test_figures_and_plane_meshes(bw_model: Models, tmp_path: Path) -> None:

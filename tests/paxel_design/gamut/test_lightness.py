@@ -99,7 +99,9 @@ def test_every_pair_of_grays_of_the_rectangle_can_be_shown(measured_model: Model
 def test_the_figures_are_those_of_the_file(bw_model: Models) -> None:
     lightness = lightness_area(JointGamut(bw_model(2)))
     figures = lightness_figures(lightness)
-    assert set(figures) == {"area", "polygon", "rectangle", "same_range"}
+    assert set(figures) == {"area", "polygon", "rectangle", "same_range", "same_range_by_sheet"}
+    assert figures["same_range_by_sheet"]["white"] is None, "beside white paper the pattern is always darker"
+    assert set(figures["same_range_by_sheet"]) == {"white", "gray 0.5", "gray 0.4", "gray 0.3"}
     assert figures["rectangle"] == {"L_pattern": list(lightness.L_pattern), "L_white": list(lightness.L_white)}
     assert len(figures["polygon"][0]) == 2
 

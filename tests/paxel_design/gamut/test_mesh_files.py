@@ -1,5 +1,8 @@
 """Mesh files: read back by others' readers they are the same closed solid, and the same mesh gives the same bytes."""
 
+import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -8,7 +11,7 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
-from paxel_design.gamut import MESH_FORMATS, GamutMesh, gamut_mesh, sub_gamut, write_mesh
+from paxel_design.gamut import MESH_FORMATS, GamutMesh, gamut_mesh, rgb_space, sub_gamut, write_mesh
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.prediction import PredictionModel
 
@@ -62,6 +65,18 @@ def test_a_gam_is_wound_inwards_as_argyll_has_it(mesh: GamutMesh, tmp_path: Path
     # 1e-5: six digits after the point.
     assert np.einsum("fi,fi->", a, np.cross(b, c)) / 6 == pytest.approx(-mesh.mesh_volume, rel=1e-5)
     assert (tmp_path / "mesh.gam").read_text().startswith("GAMUT")
+
+
+@pytest.mark.skipif(shutil.which("viewgam") is None, reason="Argyll is not installed")
+def test_argyll_reads_the_same_volume(tmp_path: Path) -> None:
+    coarse = gamut_mesh(rgb_space("srgb"), 60.0)  # viewgam takes minutes for fine ones
+    write_mesh(coarse, tmp_path / "own.gam")
+    told = subprocess.run(
+        ["viewgam", "-i", "own.gam", "own.gam", "out"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    found = re.search(r"'own.gam' volume = ([0-9.]+)", told.stdout + told.stderr)
+    assert found is not None
+    assert float(found.group(1)) == pytest.approx(coarse.mesh_volume, rel=1e-4)
 
 
 @pytest.mark.parametrize("suffix", MESH_FORMATS)

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from paxel_runtime.assembly import assemble
+from paxel_runtime.assembly import dither, intensities_to_codes
 from paxel_runtime.errors import InputError
-from paxel_runtime.inversion import EXACT, invert
+from paxel_runtime.inversion import EXACT, build_mapping_table, invert
 from paxel_runtime.inversion.frame_plan import AffineMapping, FramePlan, frame_to_codes, plan_frame
-from paxel_runtime.model.colorimetry import sRGB_to_Lab
+from paxel_runtime.model.colorimetry import Lab_to_XYZ, sRGB_to_Lab
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
@@ -46,7 +46,8 @@ def test_six_inputs_give_the_codes_of_the_inversion(bw_model: Models) -> None:
     model, labels, (first, second) = bw_model(2), _labels(2), _pictures(1)
     codes = frame_to_codes(plan_frame(model, labels, DIM, BRIGHT), first, second)
     exact = invert(_mapped(first, DIM), _mapped(second, BRIGHT), model)
-    reference = assemble(exact.x.astype(np.float32), labels, model.response, 8)
+    p = dither(exact.x.astype(np.float32), labels, 3)
+    reference = intensities_to_codes(p, labels != 255, model.response, 8, rounding="nearest")
     reached = (exact.status == EXACT) & (labels != 255)
     assert reached.mean() > 0.3
     apart = np.abs(codes.astype(int) - reference)[reached].max(axis=-1)
@@ -77,6 +78,62 @@ def _inputs(
         codes = frame_to_codes(make(np.full(SHAPE, cluster, np.uint8)), *pictures)
         rows.append(model.response.P_to_x(codes / 65535.0))
     return np.concatenate(rows, axis=-1)
+
+
+def _five_clusters(model: PredictionModel) -> PredictionModel:
+    """15 inputs: three clusters, and two more that are neither."""
+    rng = np.random.default_rng(0)
+    surfaces = {
+        name: SurfaceModel(0.6 * np.hstack([s.A, s.A[:, :6] * rng.uniform(0.5, 1.5, (3, 6))]), s.black)
+        for name, s in model.surfaces.items()
+    }
+    return dataclasses.replace(model, clusters=tuple("abcde"), **surfaces)
+
+
+@pytest.mark.parametrize("K", [3, 5])
+def test_rounds_are_those_of_clip_and_correct(bw_model: Models, K: int) -> None:
+    """Both forms of a round, by what A does not see (n - 6 < 6) and by G and A, against the formula in float64."""
+    model = bw_model(3) if K == 3 else _five_clusters(bw_model(3))
+    pictures = _pictures(5)
+    x = _inputs(lambda labels: plan_frame(model, labels, DIM, BRIGHT, bits=16), model, tuple(pictures))
+    assert model.white is not None
+    A = np.concatenate([model.pattern.A, model.white.A])
+    wanted = [Lab_to_XYZ(_mapped(p, m), model.white_point) for p, m in zip(pictures, (DIM, BRIGHT), strict=True)]
+    y = np.concatenate(wanted, axis=-1) - np.concatenate([model.pattern.black, model.white.black])
+    G = np.linalg.pinv(A)
+    slow = 0.5 + (y - A.sum(axis=1) / 2) @ G.T
+    for _ in range(16):
+        inside = np.clip(slow, 0.0, 1.0)
+        slow = inside + 1.6 * (y - inside @ A.T) @ G.T
+    # float32 through G, whose entries are some tens, and the response's steep foot: 16-bit codes of 0.0005 in x.
+    assert np.quantile(np.abs(x - np.clip(slow, 0, 1)), 0.999) < 1e-3
+
+
+def test_a_table_serves_as_mapping(bw_model: Models) -> None:
+    """The codes of an affine mapping and of its table: on one surface, on the other, and on both."""
+    model, labels, pictures = bw_model(2), _labels(2), _pictures(6)
+    mappings = DIM, BRIGHT
+    tables = [
+        build_mapping_table(
+            lambda Lab, m=m: (
+                Lab * np.float32([m.L_gain, m.chroma_scale, m.chroma_scale]) + np.float32([m.L_offset, 0.0, 0.0])
+            )
+        )
+        for m in mappings
+    ]
+    x = _inputs(lambda labels: plan_frame(model, labels, *mappings, bits=16), model, tuple(pictures))
+    seen = model.predict(x)
+    bound = max(table.dE00_bound for table in tables)
+    assert bound < 0.3, "33 nodes, a tenth of the lightness"
+    shown = np.all((x > 0) & (x < 1), axis=-1)  # outside, clipping moves both in ways of their own
+    assert shown.mean() > 0.3
+    for pair in ((tables[0], BRIGHT), (DIM, tables[1]), tuple(tables)):
+        near = _inputs(lambda labels, pair=pair: plan_frame(model, labels, *pair, bits=16), model, tuple(pictures))
+        for Lab, other in zip(seen, model.predict(near), strict=True):
+            assert Lab is not None
+            assert other is not None
+            assert dE00(Lab, other)[shown].max() <= bound + 0.01  # 16-bit codes
+    assert not frame_to_codes(plan_frame(model, labels, *tables), *pictures)[:2].any(), "outside the pattern: black"
 
 
 def test_one_surface_shows_the_mapped_picture(bw_model: Models) -> None:
@@ -143,5 +200,8 @@ def test_what_does_not_fit_is_named(bw_model: Models) -> None:
     gray = dataclasses.replace(model, pattern=SurfaceModel(np.outer(model.white_point, np.ones(6)) / 6, np.zeros(3)))
     with pytest.raises(InputError, match="independent inputs"):
         plan_frame(gray, labels, DIM, BRIGHT)
+    everywhere = SurfaceModel(np.broadcast_to(model.pattern.A, (*SHAPE, 3, 6)), np.zeros((*SHAPE, 3)))
+    with pytest.raises(InputError, match="image-based"):
+        plan_frame(dataclasses.replace(model, pattern=everywhere), labels, DIM)
     with pytest.raises(InputError, match="bits"):
         plan_frame(model, labels, DIM, BRIGHT, bits=0)

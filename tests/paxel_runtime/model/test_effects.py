@@ -18,8 +18,9 @@ from paxel_runtime.model.effects import (
     HueShift,
     Monochrome,
     Neutralize,
+    Partner,
+    Watermark,
     parse_effect,
-    require_projectable,
 )
 
 NUMBERS = st.floats(-150, 150, allow_nan=False)
@@ -30,7 +31,8 @@ def test_a_key_alone_gives_the_defaults_and_the_row_is_complete(key: str) -> Non
     effect = parse_effect(key)
     assert type(effect) is EFFECTS[key]
     assert effect == EFFECTS[key]()
-    assert effect.pictures in {("image",), ("on_pattern", "on_white")}
+    assert effect.pictures in {("image",), ("on_pattern", "on_white"), ("image", "mark")}
+    assert effect.in_sub_gamut or effect.partner, "something bounds the picture's colours"
     assert effect.description
     assert "\n" not in effect.description
 
@@ -45,7 +47,9 @@ def test_a_key_alone_gives_the_defaults_and_the_row_is_complete(key: str) -> Non
         (Neutralize((50, 0, 0), 2), "neutralize:50,0,0,2", "neutralize-50_0_0_2"),
         (HueShift(angle_deg=45), "hue-shift:45", "hue-shift-45"),
         (HueShift(90, lightness_band=10), "hue-shift:90,10", "hue-shift-90_10"),
+        (HueShift(-60), "hue-shift:-60", "hue-shift--60"),
         (Chroma(), "chroma:0.5", "chroma-0.5"),
+        (Watermark(), "watermark:0.1", "watermark-0.1"),
         (Decolorize(), "decolorize:free", "decolorize-free"),
         (Decolorize("free", 2), "decolorize:free,2", "decolorize-free_2"),
         (Decolorize("relative"), "decolorize:relative", "decolorize-relative"),
@@ -58,13 +62,6 @@ def test_a_key_alone_gives_the_defaults_and_the_row_is_complete(key: str) -> Non
 def test_text_and_file_name_are_those_of_the_design(effect: Effect, text: str, name: str) -> None:
     assert (effect.text, effect.name) == (text, name)
     assert parse_effect(text) == effect
-
-
-def test_effects_without_a_projection_name_those_that_have_one() -> None:
-    for effect in (Full(), DualImage(), Neutralize()):
-        require_projectable(effect)
-    with pytest.raises(InputError, match=r"hue-shift:45.*can be projected: full, neutralize, dual-image"):
-        require_projectable(HueShift())
 
 
 @given(st.floats(0, 100), NUMBERS, NUMBERS)
@@ -80,6 +77,23 @@ def test_a_tolerance_about_grays_of_given_lightness_is_refused_with_the_cure(lig
         InputError, match=rf"free only, got {lightness},2; write decolorize:free,2 or decolorize:{lightness}$"
     ):
         parse_effect(f"decolorize:{lightness},2")
+
+
+def test_what_each_effect_asks_of_the_other_surface() -> None:
+    asked = {effect.text: effect.partner for effect in (row() for row in EFFECTS.values())}
+    assert asked == {
+        "full": None,
+        "hue-shift:45": Partner(turn_deg=45),
+        "chroma:0.5": Partner(chroma_scale=0.5),
+        "decolorize:free": Partner(chroma_scale=0),
+        "neutralize:50,0,0": None,
+        "full-change": Partner(turn_deg=180),
+        "dual-image": None,
+        "watermark:0.1": Partner(mark_strength=0.1),
+        "monochrome": None,
+    }
+    assert parse_effect("hue-shift:-30,10").partner == Partner(turn_deg=-30, lightness_band=10)
+    assert parse_effect("decolorize:same").partner == Partner(chroma_scale=0, lightness="same")
 
 
 def test_minus_zero_is_zero() -> None:
@@ -104,6 +118,10 @@ def test_an_unknown_effect_is_answered_with_the_choices_of_the_table() -> None:
         "",
         "hue-shift:0",
         "hue-shift:171",
+        "hue-shift:-171",
+        "watermark:0",
+        "watermark:1.1",
+        "watermark:0.1,1",
         "hue-shift:45,0",
         "hue-shift:45,10,1",
         "chroma:-1",

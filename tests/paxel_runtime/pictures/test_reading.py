@@ -1,6 +1,7 @@
 """Pictures: every kind of file gives the colours it means, on the raster that was asked for."""
 
 import io
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,15 @@ from hypothesis import strategies as st
 from PIL import Image, ImageCms
 
 from paxel_runtime.errors import InputError
-from paxel_runtime.model.colorimetry import sRGB_to_Lab, sRGB_to_linear_sRGB
-from paxel_runtime.pictures import PLACEMENTS, load_picture, place, resample
+from paxel_runtime.frame_files import write_frame
+from paxel_runtime.model.colorimetry import (
+    D65_XYZ,
+    XYZ_to_Lab,
+    linear_sRGB_to_XYZ,
+    sRGB_to_Lab,
+    sRGB_to_linear_sRGB,
+)
+from paxel_runtime.pictures import PLACEMENTS, Frame, load_picture, place, place_picture, read_picture, resample
 
 RNG = np.random.default_rng(0)
 COLORS = RNG.integers(0, 256, (6, 9, 3), dtype=np.uint8)
@@ -58,9 +66,38 @@ def test_gray_of_16_bits_keeps_them(tmp_path: Path, suffix: str) -> None:
     assert len(np.unique(L)) == 54
 
 
-def test_colour_of_16_bits_is_read_as_8(tmp_path: Path) -> None:
-    tifffile.imwrite(tmp_path / "a.tif", COLORS.astype(np.uint16) * 257, photometric="rgb")
-    np.testing.assert_allclose(load_picture(tmp_path / "a.tif", 9, 6), sRGB_to_Lab(COLORS / 255), atol=FLOAT32)
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("alpha", [False, True])
+def test_colour_of_16_bits_keeps_them(tmp_path: Path, suffix: str, alpha: bool) -> None:
+    codes = RNG.integers(20000, 20300, (6, 9, 3), dtype=np.uint16)  # hardly more than a code of 8 bits
+    opacity = np.full((6, 9, 1), 32768, np.uint16)
+    path, planes = tmp_path / f"a{suffix}", np.concatenate([codes, opacity], axis=2) if alpha else codes
+    if suffix == ".png":
+        write_frame(path, planes, 16)
+    else:
+        tifffile.imwrite(path, planes, photometric="rgb", extrasamples=["unassalpha"] if alpha else None)
+    light = sRGB_to_linear_sRGB(codes / 65535) * (32768 / 65535 if alpha else 1.0)
+    np.testing.assert_allclose(load_picture(path, 9, 6), XYZ_to_Lab(linear_sRGB_to_XYZ(light), D65_XYZ), atol=FLOAT32)
+    assert read_picture(path).bits == 16
+
+
+@pytest.mark.parametrize("orientation", range(1, 9))
+def test_orientation_of_16_bits_is_that_of_8(tmp_path: Path, orientation: int) -> None:
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    eight = _saved(tmp_path / "8.tif", Image.fromarray(COLORS), exif=exif)
+    tag = (0x0112, "H", 1, orientation, True)
+    tifffile.imwrite(tmp_path / "16.tif", COLORS.astype(np.uint16) * 257, photometric="rgb", extratags=[tag])
+    upright = read_picture(eight)
+    np.testing.assert_allclose(read_picture(tmp_path / "16.tif").linear, upright.linear, atol=1e-6)  # float32
+    assert upright.size == ((9, 6) if orientation < 5 else (6, 9))
+    png = tmp_path / "16.png"
+    write_frame(png, COLORS.astype(np.uint16) * 257, 16)
+    data = png.read_bytes()  # with Pillow's own EXIF behind the header
+    note = exif.tobytes().removeprefix(b"Exif\0\0")
+    chunk = b"eXIf" + note
+    png.write_bytes(data[:33] + len(note).to_bytes(4, "big") + chunk + zlib.crc32(chunk).to_bytes(4, "big") + data[33:])
+    np.testing.assert_allclose(read_picture(png).linear, upright.linear, atol=1e-6)
 
 
 @pytest.mark.parametrize("mode", ["RGBA", "LA"])
@@ -83,6 +120,87 @@ def test_exif_orientation_is_applied(tmp_path: Path) -> None:
     np.testing.assert_allclose(load_picture(path, 9, 6), sRGB_to_Lab(COLORS / 255), atol=FLOAT32)
 
 
+D50 = np.array([0.9642, 1.0, 0.8249])
+# Primaries of Display P3 and Adobe RGB adapted to D50, as Apple's and Adobe's profiles have them (columns X, Y, Z).
+DISPLAY_P3 = np.array([[0.51512, 0.29198, 0.15710], [0.24120, 0.69225, 0.06657], [-0.00105, 0.04189, 0.78407]])
+ADOBE_RGB = np.array([[0.60974, 0.20528, 0.14919], [0.31111, 0.62567, 0.06322], [0.01947, 0.06087, 0.74457]])
+
+
+def matrix_profile(to_XYZ: np.ndarray = DISPLAY_P3, gamma: float = 2.2, gray: bool = False) -> bytes:
+    """An ICC profile of three curves and a matrix, or of one gray curve (ICC.1:2022)."""
+
+    def number(value: float) -> bytes:
+        return round(value * 65536).to_bytes(4, "big", signed=True)
+
+    curve = b"curv" + bytes(4) + (1).to_bytes(4, "big") + round(gamma * 256).to_bytes(2, "big") + bytes(2)
+    tags = {b"kTRC": curve} if gray else dict.fromkeys((b"rTRC", b"gTRC", b"bTRC"), curve)
+    if not gray:
+        for k, name in enumerate((b"rXYZ", b"gXYZ", b"bXYZ")):
+            tags[name] = b"XYZ " + bytes(4) + b"".join(number(v) for v in to_XYZ[:, k])
+    tags[b"wtpt"] = b"XYZ " + bytes(4) + b"".join(number(v) for v in D50)
+    tags[b"desc"] = b"desc" + bytes(4) + (8).to_bytes(4, "big") + b"Wide 1\0" + bytes(90)
+    offset, entries, body = 132 + 12 * len(tags), b"", b""
+    for name, data in tags.items():
+        entries += name + (offset + len(body)).to_bytes(4, "big") + len(data).to_bytes(4, "big")
+        body += data + bytes(-len(data) % 4)
+    size = offset + len(body)
+    header = size.to_bytes(4, "big") + b"lcms" + b"\x02\x40\0\0" + b"mntr" + (b"GRAY" if gray else b"RGB ") + b"XYZ "
+    header += bytes(12) + b"acsp" + bytes(28) + b"".join(number(v) for v in D50) + bytes(48)
+    return header[:128] + len(tags).to_bytes(4, "big") + entries + body
+
+
+@pytest.mark.parametrize("to_XYZ", [DISPLAY_P3, ADOBE_RGB], ids=["Display P3", "Adobe RGB"])
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_wide_gamut_is_not_clipped(tmp_path: Path, to_XYZ: np.ndarray, bits: int) -> None:
+    codes = np.zeros((6, 9, 3), np.uint8)
+    codes[..., 1], codes[:3] = 255, [[[200, 30, 40]]]
+    profile = matrix_profile(to_XYZ)
+    if bits == 8:
+        path = _saved(tmp_path / "a.png", Image.fromarray(codes), icc_profile=profile)
+    else:
+        path = tmp_path / "a.tif"
+        tifffile.imwrite(path, codes.astype(np.uint16) * 257, photometric="rgb", iccprofile=profile)
+    light = (codes / 255) ** (round(2.2 * 256) / 256)
+    expected = XYZ_to_Lab(light @ to_XYZ.T, D50)
+    np.testing.assert_allclose(load_picture(path, 9, 6), expected, atol=0.01)  # s15Fixed16 of the primaries
+    assert np.hypot(*expected[-1, -1, 1:]) > 125, "beyond sRGB's green, whose chroma is 119.8"
+    assert read_picture(path).space.name == "Wide 1"
+
+
+def test_profiles_agree_with_littlecms(tmp_path: Path) -> None:
+    profile = matrix_profile()
+    Lab = load_picture(_saved(tmp_path / "a.png", Image.fromarray(COLORS), icc_profile=profile), 9, 6)
+    source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+    made = ImageCms.profileToProfile(Image.fromarray(COLORS), source, ImageCms.createProfile("LAB"), outputMode="LAB")
+    assert made is not None
+    encoded = np.asarray(made).astype(float)
+    expected = np.stack([encoded[..., 0] / 2.55, *((encoded[..., c] + 128) % 256 - 128 for c in (1, 2))], axis=-1)
+    inside = np.all(np.abs(expected[..., 1:]) < 126, axis=-1)  # its 8 bits end at 127
+    np.testing.assert_allclose(Lab[inside], expected[inside], atol=0.6)  # half a unit of its 8 bits
+
+
+def test_a_gray_profile_and_one_that_only_littlecms_knows(tmp_path: Path) -> None:
+    path = _saved(tmp_path / "g.png", Image.fromarray(GRAYS), icc_profile=matrix_profile(gamma=1.0, gray=True))
+    expected = XYZ_to_Lab((GRAYS / 255)[..., None] * D50, D50)
+    np.testing.assert_allclose(load_picture(path, 9, 6), expected, atol=FLOAT32)
+    lab = ImageCms.ImageCmsProfile(ImageCms.createProfile("LAB")).tobytes()
+    gray_lab = Image.merge("LAB", [Image.fromarray(GRAYS), *[Image.new("L", (9, 6), 0)] * 2])
+    path = _saved(tmp_path / "l.tif", gray_lab, icc_profile=lab)
+    np.testing.assert_allclose(load_picture(path, 9, 6)[..., 0], GRAYS / 2.55, atol=0.5)  # a unit of its 8 bits
+
+
+def test_large_pictures_are_averaged_in_light(tmp_path: Path) -> None:
+    noise = RNG.integers(0, 256, (120, 200, 3), dtype=np.uint8)
+    path = _saved(tmp_path / "a.png", Image.fromarray(noise))
+    small = read_picture(path, (20, 12))
+    assert small.linear.shape == (24, 40, 3)
+    light = sRGB_to_linear_sRGB(noise / 255).reshape(24, 5, 40, 5, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(small.linear, light, atol=1e-6)  # float32
+    whole = place_picture(read_picture(path), Frame(20, 12))
+    np.testing.assert_allclose(load_picture(path, 20, 12), whole, atol=4.0)  # noise; the filters differ a little
+    np.testing.assert_allclose(load_picture(path, 20, 12).mean(axis=(0, 1)), whole.mean(axis=(0, 1)), atol=0.2)
+
+
 def _linear_profile() -> bytes:
     """The sRGB profile with its three tone curves made linear: one `curv` of gamma 1 in the place of each."""
     data = bytearray(ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes())
@@ -99,10 +217,12 @@ def test_an_embedded_profile_is_respected(tmp_path: Path, suffix: str) -> None:
     linear = np.full((6, 9, 3), (128, 64, 200), np.uint8)
     options = {"quality": 100, "subsampling": 0} if suffix == ".jpg" else {}
     path = _saved(tmp_path / f"a{suffix}", Image.fromarray(linear), icc_profile=_linear_profile(), **options)
-    encoded = 255 * (1.055 * (linear[0, 0] / 255) ** (1 / 2.4) - 0.055)
-    # Converted in 8 bits: half a code, and another for LittleCMS's own or for JPEG's rounding.
-    low, high = (sRGB_to_Lab((encoded + d) / 255)[0] for d in (-1.5, 1.5))
-    assert low < load_picture(path, 9, 6)[0, 0, 0] < high
+    # The profile's primaries are sRGB's, adapted to D50 by Bradford's matrix; Y of its white is 1.
+    Y = (linear[0, 0] / 255) @ [0.22249, 0.71687, 0.06061]
+    # JPEG rounds to whole codes after its transform: one of 255 in linear light
+    atol = 0.5 if suffix == ".jpg" else 0.01
+    assert load_picture(path, 9, 6)[0, 0, 0] == pytest.approx(116 * np.cbrt(Y) - 16, abs=atol)
+    assert read_picture(path).space.name.startswith("sRGB")
 
 
 def test_the_srgb_profile_changes_nothing(tmp_path: Path) -> None:
@@ -112,8 +232,9 @@ def test_the_srgb_profile_changes_nothing(tmp_path: Path) -> None:
     image.putalpha(255)
     alpha = _saved(tmp_path / "c.png", image, icc_profile=profile)
     np.testing.assert_array_equal(load_picture(tagged, 9, 6), load_picture(alpha, 9, 6))
-    # LittleCMS may round a code of 8 bits the other way: 0.4 in L*, up to 1 in a* and b* of dark colours.
-    np.testing.assert_allclose(load_picture(tagged, 9, 6), load_picture(plain, 9, 6), atol=1.5)
+    np.testing.assert_array_equal(load_picture(tagged, 9, 6), load_picture(plain, 9, 6))
+    assert read_picture(plain).description == "9 x 6 of 8 bits, sRGB, assumed: the file has no profile"
+    assert read_picture(tagged).description == "9 x 6 of 8 bits, sRGB"
 
 
 @given(
@@ -183,6 +304,9 @@ def test_what_is_no_picture_is_said(tmp_path: Path) -> None:
         load_picture(tmp_path / "cut.png", 8, 8)
     with pytest.raises(InputError, match="without a defined white"):
         load_picture(_saved(tmp_path / "f.tif", Image.fromarray(np.ones((4, 4), np.float32))), 8, 8)
+    gray = _saved(tmp_path / "gray.png", Image.fromarray(COLORS), icc_profile=matrix_profile(gray=True))
+    with pytest.raises(InputError, match="a gray profile in a picture of three channels"):
+        load_picture(gray, 8, 8)
     broken = _saved(tmp_path / "icc.png", Image.fromarray(COLORS), icc_profile=b"no profile" * 20)
     with pytest.raises(InputError, match="ICC profile"):
         load_picture(broken, 8, 8)

@@ -1,8 +1,9 @@
 """The table of effects: what each wants to be shown on the two surfaces, and how it is written in text.
 
 This is the one truth for both packages: the design side makes a sub-gamut for each row of `EFFECTS`, the runtime
-asks which pictures a row wants. An effect is a frozen dataclass of its settings; text and file names follow from
-them. Nothing here knows how a sub-gamut is found (``paxel_design.gamut``) or how a projection is made.
+asks which pictures a row takes, and what the other surface is to show. An effect is a frozen dataclass of its settings;
+text and file names follow from them. Nothing here knows how a sub-gamut is found (``paxel_design.gamut``) or how a
+projection is made.
 
     text                    file name               object
     ``full``                ``full``                ``Full()``
@@ -10,28 +11,46 @@ them. Nothing here knows how a sub-gamut is found (``paxel_design.gamut``) or ho
     ``hue-shift:45``        ``hue-shift-45``        ``HueShift(angle_deg=45)``
     ``decolorize:free,2``   ``decolorize-free_2``   ``Decolorize("free", tolerance=2)``
 
-The definitions, with p the colour shown on one surface and q its partner, what the other surface shows at once:
+A picture's colour (L, C, h) is p; its partner q is what the other surface shows at once:
 
-- *full*, *monochrome*: every p, whatever q is;
-- *hue-shift* (h, band): q's hue angle is at least h from p's, either way, and q's chroma at least `CHROMA_FLOOR`; p's
-  own chroma has no floor; q's lightness is free, or within `lightness_band` of p's;
-- *chroma* (s, band): q has p's hue and s times its chroma; lightness as above;
-- *decolorize*: q is gray: of any lightness (``free``), of p's own (``same``), or at p's place between black and full
-  white of its surface, in linear light (``relative``); with ``free`` also within `tolerance` of a gray, in dE00;
-- *neutralize* (to c): q is c, or within `tolerance` of c, in dE00;
-- *full-change* (Section V-A1): p goes with a black and a white gray on the other surface, and with a complementary
-  colour there, one whose light adds up to gray with p's own;
-- *dual-image*: one side of a pair of sets of which every p goes with every q.
+    effect        pictures             sub-gamut: the p for which there is a q            q of a projection
+    full          image                every p                                            left free
+    monochrome    image                every p, on one surface                            -
+    hue-shift     image                q's hue at least the angle from p's, either way,   (L', C, h + angle)
+                                       q's chroma at least `CHROMA_FLOOR`
+    chroma        image                q has p's hue and `scale` times its chroma         (L', scale C, h)
+    decolorize    image                q is gray                                          (L', 0, -)
+    neutralize    image                q is one colour                                    that colour
+    watermark     image, mark          q has p's hue and chroma                           (L' + strength (mark's L*
+                                                                                          - its mean), C, h)
+    full-change   image                p goes with a black, with a white, and with its    (L', C, h + 180)
+                                       complement (Section V-A1)
+    dual-image    on_pattern, on_white one side of a pair of sets of which every p goes   the other picture
+                                       with every q
+
+L' follows from L by one rising curve: ``free``, the one that leaves the most room for chroma; ``relative``, p's own
+place between black and full white of its surface, in linear light; ``same``, L itself. A `lightness_band` holds it near
+L. With `tolerance` a sub-gamut allows q that are within a dE00 of the one meant; a projection asks for the one meant.
+A complement's light and p's own add up to gray; its hue is the opposite one, up to the bend of CIELAB.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
 from paxel_runtime.errors import InputError
+from paxel_runtime.model.effects.effect import (
+    LIGHTNESSES,
+    Effect,
+    Partner,
+    WithoutSettings,
+    number_text,
+    parts_of,
+    set_number,
+    text_of,
+)
 
 __all__ = [
     "CHROMA_FLOOR",
@@ -39,14 +58,13 @@ __all__ = [
     "Chroma",
     "Decolorize",
     "DualImage",
-    "Effect",
     "Full",
     "FullChange",
     "HueShift",
     "Monochrome",
     "Neutralize",
+    "Watermark",
     "parse_effect",
-    "require_projectable",
 ]
 
 CHROMA_FLOOR = 5.0
@@ -56,77 +74,17 @@ LARGEST_HUE_SHIFT_DEG = 170.0
 """At 180 degrees the partners are half-planes without volume."""
 
 
-class Effect(ABC):
-    """What is to be shown on the two surfaces; each row of `EFFECTS` is a final subclass.
-
-    Attributes
-    ----------
-    key : str
-        Name of the row, the text before the colon.
-    description : str
-        One line for help texts and reports.
-    pictures : tuple of str
-        The pictures it wants: ``("image",)``, shown on the surface the sub-gamut is shown on, or
-        ``("on_pattern", "on_white")``.
-    surfaces : int
-        How many surfaces the model must have.
-    projectable : bool
-        Whether `paxel_runtime.make_projection` can show it; a sub-gamut and its figures exist for every row.
-    """
-
-    key: ClassVar[str]
-    description: ClassVar[str]
-    pictures: ClassVar[tuple[str, ...]] = ("image",)
-    surfaces: ClassVar[int] = 2
-    projectable: ClassVar[bool] = False
-
-    @property
-    @abstractmethod
-    def value(self) -> str:
-        """The settings as text, what stands after the colon; empty where there are none."""
-
-    @classmethod
-    @abstractmethod
-    def from_value(cls, value: str) -> Effect:
-        """The effect with the settings of `value`; every setting at its default for an empty text."""
-
-    @property
-    def text(self) -> str:
-        """The effect as text, such as ``neutralize:50,0,0``; `parse_effect` reads it back."""
-        return f"{self.key}:{self.value}" if self.value else self.key
-
-    @property
-    def name(self) -> str:
-        """The effect in a file name, such as ``neutralize-50_0_0``."""
-        return f"{self.key}-{self.value.replace(',', '_')}" if self.value else self.key
-
-
-class _WithoutSettings(Effect):
-    """An effect that has nothing to set."""
-
-    @property
-    def value(self) -> str:
-        return ""
-
-    @classmethod
-    def from_value(cls, value: str) -> Effect:
-        if value:
-            raise InputError(f"effect {cls.key} takes no value, got {value!r}; write {cls.key}")
-        return cls()
-
-
 @dataclass(frozen=True)
-class Full(_WithoutSettings):
+class Full(WithoutSettings):
     """Any colour of one surface, whatever the other surface then shows."""
 
     key = "full"
     description = "one picture in every colour its surface can show; the other surface is left free"
     surfaces = 1
-    projectable = True
 
 
 @dataclass(frozen=True)
-class Monochrome(_WithoutSettings):
+class Monochrome(WithoutSettings):
     """One colour picture from light of one channel (Section V-B of the paper): the same set as `Full`."""
 
     key = "monochrome"
@@ -136,12 +94,13 @@ class Monochrome(_WithoutSettings):
 
 @dataclass(frozen=True)
 class HueShift(Effect):
-    """One picture whose hues turn by at least an angle on the other surface (Fig. 4a).
+    """One picture whose hues turn by an angle on the other surface (Fig. 4a), its chroma kept.
 
     Attributes
     ----------
     angle_deg : float
-        Least difference of hue, > 0 and at most 170.
+        Turn of hue, counter-clockwise in (a*, b*): -170 to 170, not 0. The sub-gamut holds the colours whose hue can
+        turn at least as far, either way.
     lightness_band : float or None
         Largest difference of L* between both surfaces, > 0; None leaves it free.
     """
@@ -150,19 +109,26 @@ class HueShift(Effect):
     lightness_band: float | None = None
 
     key = "hue-shift"
-    description = "one picture whose hues turn by at least an angle on the other surface"
+    description = "one picture whose hues turn by an angle on the other surface"
+    in_sub_gamut = False
 
     def __post_init__(self) -> None:
-        _set_number(self, "angle_deg", 0, LARGEST_HUE_SHIFT_DEG, "45", above=True)
-        _set_number(self, "lightness_band", 0, 100, "45,10", above=True)
+        set_number(self, "angle_deg", -LARGEST_HUE_SHIFT_DEG, LARGEST_HUE_SHIFT_DEG, "45")
+        if self.angle_deg == 0:
+            raise InputError("effect hue-shift: angle_deg must not be 0; write for example hue-shift:45")
+        set_number(self, "lightness_band", 0, 100, "45,10", above=True)
 
     @property
     def value(self) -> str:
-        return _text(self.angle_deg, self.lightness_band)
+        return text_of(self.angle_deg, self.lightness_band)
+
+    @property
+    def partner(self) -> Partner:
+        return Partner(turn_deg=self.angle_deg, lightness_band=self.lightness_band)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
-        return cls(*_parts(value, 2, cls.key, "angle[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
+        return cls(*parts_of(value, 2, cls.key, "angle[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -182,18 +148,23 @@ class Chroma(Effect):
 
     key = "chroma"
     description = "one picture whose chroma is multiplied on the other surface"
+    in_sub_gamut = False
 
     def __post_init__(self) -> None:
-        _set_number(self, "scale", 0, 10, "0.5", above=True)
-        _set_number(self, "lightness_band", 0, 100, "0.5,10", above=True)
+        set_number(self, "scale", 0, 10, "0.5", above=True)
+        set_number(self, "lightness_band", 0, 100, "0.5,10", above=True)
 
     @property
     def value(self) -> str:
-        return _text(self.scale, self.lightness_band)
+        return text_of(self.scale, self.lightness_band)
+
+    @property
+    def partner(self) -> Partner:
+        return Partner(chroma_scale=self.scale, lightness_band=self.lightness_band)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
-        return cls(*_parts(value, 2, cls.key, "scale[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
+        return cls(*parts_of(value, 2, cls.key, "scale[,lightness band]"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -222,27 +193,31 @@ class Decolorize(Effect):
 
     key = "decolorize"
     description = "one picture that turns gray on the other surface"
-    LIGHTNESSES: ClassVar[tuple[str, ...]] = ("free", "relative", "same")
+    in_sub_gamut = False
 
     def __post_init__(self) -> None:
-        if self.lightness not in self.LIGHTNESSES:
+        if self.lightness not in LIGHTNESSES:
             raise InputError(
-                f"effect decolorize: lightness must be one of {', '.join(self.LIGHTNESSES)}; got {self.lightness!r}"
+                f"effect decolorize: lightness must be one of {', '.join(LIGHTNESSES)}; got {self.lightness!r}"
             )
-        _set_number(self, "tolerance", 0, 10, "free,2")
+        set_number(self, "tolerance", 0, 10, "free,2")
         if self.tolerance and self.lightness != "free":
             raise InputError(
                 f"effect decolorize: a tolerance goes with lightness free only, got {self.value}; write "
-                f"decolorize:free,{_number_text(self.tolerance)} or decolorize:{self.lightness}"
+                f"decolorize:free,{number_text(self.tolerance)} or decolorize:{self.lightness}"
             )
 
     @property
     def value(self) -> str:
-        return self.lightness + (f",{_number_text(self.tolerance)}" if self.tolerance else "")
+        return self.lightness + (f",{number_text(self.tolerance)}" if self.tolerance else "")
+
+    @property
+    def partner(self) -> Partner:
+        return Partner(chroma_scale=0.0, lightness=self.lightness)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
-        return cls(*_parts(value, 2, cls.key, "lightness[,tolerance]"))  # type: ignore[arg-type]  # checked, made floats
+        return cls(*parts_of(value, 2, cls.key, "lightness[,tolerance]"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -267,7 +242,6 @@ class Neutralize(Effect):
 
     key = "neutralize"
     description = "one picture that vanishes into one uniform colour on the other surface"
-    projectable = True
 
     def __post_init__(self) -> None:
         try:
@@ -280,16 +254,49 @@ class Neutralize(Effect):
                 "write for example neutralize:50,0,0"
             )
         object.__setattr__(self, "Lab", tuple(v + 0.0 for v in Lab))  # -0 becomes 0: one text for one colour
-        _set_number(self, "tolerance", 0, 10, "50,0,0,2")
+        set_number(self, "tolerance", 0, 10, "50,0,0,2")
 
     @property
     def value(self) -> str:
-        return _text(*self.Lab, self.tolerance or None)
+        return text_of(*self.Lab, self.tolerance or None)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
         parts = value.split(",") if value else ["50", "0", "0"]
-        return cls(tuple(parts[:3]), *_parts(",".join(parts[3:]), 1, cls.key, "L,a,b[,tolerance]"))  # type: ignore[arg-type]
+        return cls(tuple(parts[:3]), *parts_of(",".join(parts[3:]), 1, cls.key, "L,a,b[,tolerance]"))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Watermark(Effect):
+    """One picture on both surfaces, and on the other one a second picture over it as a faint change of lightness.
+
+    Attributes
+    ----------
+    strength : float
+        What the mark's L*, less its mean, is multiplied by; > 0 and at most 1.
+    """
+
+    strength: float = 0.1
+
+    key = "watermark"
+    description = "one picture on both surfaces, and a second one faintly over it on the other surface"
+    pictures = ("image", "mark")
+    in_sub_gamut = False
+
+    def __post_init__(self) -> None:
+        set_number(self, "strength", 0, 1, "0.1", above=True)
+
+    @property
+    def value(self) -> str:
+        return text_of(self.strength)
+
+    @property
+    def partner(self) -> Partner:
+        return Partner(mark_strength=self.strength)
+
+    @classmethod
+    def from_value(cls, value: str) -> Effect:
+        return cls(*parts_of(value, 1, cls.key, "strength"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -310,8 +317,8 @@ class FullChange(Effect):
     description = "one picture whose colours can change to black, to white and to their complement"
 
     def __post_init__(self) -> None:
-        _set_number(self, "L_black", 0, 100, "20,60")
-        _set_number(self, "L_white", 0, 100, "20,60")
+        set_number(self, "L_black", 0, 100, "20,60")
+        set_number(self, "L_white", 0, 100, "20,60")
         if (self.L_black is None) != (self.L_white is None) or not (self.L_black or 0) <= (self.L_white or 100):
             raise InputError(
                 f"effect full-change: give both, L_black below L_white, or none; got {self.L_black}, {self.L_white}"
@@ -319,11 +326,15 @@ class FullChange(Effect):
 
     @property
     def value(self) -> str:
-        return _text(self.L_black, self.L_white)
+        return text_of(self.L_black, self.L_white)
+
+    @property
+    def partner(self) -> Partner:
+        return Partner(turn_deg=180.0)
 
     @classmethod
     def from_value(cls, value: str) -> Effect:
-        return cls(*_parts(value, 2, cls.key, "L black,L white"))  # type: ignore[arg-type]  # checked, made floats
+        return cls(*parts_of(value, 2, cls.key, "L black,L white"))  # type: ignore[arg-type]  # checked, made floats
 
 
 @dataclass(frozen=True)
@@ -343,7 +354,6 @@ class DualImage(Effect):
     key = "dual-image"
     description = "two pictures in one projection, one on each surface"
     pictures = ("on_pattern", "on_white")
-    projectable = True
     PAIRS: ClassVar[tuple[str, ...]] = ("auto", "closure", "volume", "contrast")
 
     def __post_init__(self) -> None:
@@ -360,7 +370,8 @@ class DualImage(Effect):
 
 
 EFFECTS: dict[str, type[Effect]] = {
-    effect.key: effect for effect in (Full, HueShift, Chroma, Decolorize, Neutralize, FullChange, DualImage, Monochrome)
+    effect.key: effect
+    for effect in (Full, HueShift, Chroma, Decolorize, Neutralize, FullChange, DualImage, Watermark, Monochrome)
 }
 """Every effect by its key, in the order of help texts."""
 
@@ -384,54 +395,3 @@ def parse_effect(text: str) -> Effect:
     if colon and not value:
         raise InputError(f"effect {key}: a value must follow the colon, got {text!r}; for the default write {key}")
     return EFFECTS[key].from_value(value)
-
-
-def _number_text(number: float) -> str:
-    """Shortest text that reads back as the same number, without a trailing ``.0``."""
-    return repr(int(number)) if number.is_integer() else repr(number)
-
-
-def require_projectable(effect: Effect) -> None:
-    """Refuse an effect of which no projection can be made.
-
-    Raises
-    ------
-    InputError
-        Naming the effects that can be projected.
-    """
-    if not effect.projectable:
-        able = ", ".join(key for key, row in EFFECTS.items() if row.projectable)
-        raise InputError(
-            f"effect {effect.text} has a sub-gamut (paxel gamut --effect {effect.text}) and no projection; "
-            f"effects that can be projected: {able}"
-        )
-
-
-def _text(*numbers: float | None) -> str:
-    """Settings as text; those that are not given stand last and are left out."""
-    return ",".join(_number_text(number) for number in numbers if number is not None)
-
-
-def _parts(value: str, at_most: int, key: str, form: str) -> list[str]:
-    """Settings of a text; none where it is empty."""
-    parts = value.split(",") if value else []
-    if len(parts) > at_most:
-        raise InputError(f"effect {key}: write {key}:{form}; got {key}:{value}")
-    return parts
-
-
-def _set_number(effect: Effect, field: str, low: float, high: float, example: str, above: bool = False) -> None:
-    """Make a field of a frozen effect a number in its range, from a number or its text; None stays."""
-    given = getattr(effect, field)
-    if given is None:
-        return
-    try:
-        number = float(given) + 0.0
-    except (TypeError, ValueError):
-        number = math.nan
-    if not (low <= number <= high) or (above and number == low):
-        rule = f"> {low:g} and at most {high:g}" if above else f"a number {low:g}..{high:g}"
-        raise InputError(
-            f"effect {effect.key}: {field} must be {rule}, got {given!r}; write for example {effect.key}:{example}"
-        )
-    object.__setattr__(effect, field, number)
