@@ -7,7 +7,7 @@ from typing import Any
 import typer
 import typer.core
 
-from paxel_design.commands import calibrate, capture, decode, gamut, pattern, pictures, register, start
+from paxel_design.commands import advise, calibrate, capture, decode, gamut, pattern, pictures, register, start
 from paxel_design.console import messages, say
 from paxel_runtime.errors import PaxelError
 
@@ -51,6 +51,7 @@ app = typer.Typer(
 
 for command in (
     start.new,
+    advise.advise,
     pattern.pattern,
     capture.capture,
     calibrate.calibrate,

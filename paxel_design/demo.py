@@ -168,6 +168,8 @@ def _effect_tiles(installation: Installation, effect: Effect, sources: dict[str,
             note=_view_text(figures[f"on_{surface}"]),
         )
     projection = read_image(installation.folder("projection") / f"{effect.key}.png")
+    if projection.ndim == 2:  # one channel
+        projection = np.repeat(projection[..., None], 3, axis=2)
     heading = f"{effect.description[0].upper()}{effect.description[1:]} ({effect.key})"
     return EffectTiles(heading, projection, tiles.get("pattern"), tiles.get("white"))
 

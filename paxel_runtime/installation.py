@@ -98,7 +98,9 @@ STAGES: tuple[Stage, ...] = (
         ("mapping", "assembly", "viewing.distance_mm"),
         ("calibration/model.json", "calibration/clusters.png"),
     ),
-    Stage("preview", "preview", "*.json", ("viewing",), ("projection/{stem}.json", "projection/{stem}.png")),
+    Stage(
+        "preview", "preview", "*.json", ("viewing.distance_mm",), ("projection/{stem}.json", "projection/{stem}.png")
+    ),
 )
 """The stages in order: the one table from which staleness, `paxel status` and its advice are made."""
 

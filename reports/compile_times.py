@@ -88,18 +88,18 @@ def main() -> None:
         environment = os.environ | {"NUMBA_CACHE_DIR": str(folder / "cache")}
         command = [sys.executable, "-m", "reports.compile_times", "--folder", name, "--stage"]
         subprocess.run([*command, "record"], env=environment, check=True, stdout=subprocess.DEVNULL)
-        loaded = subprocess.run([*command, "load"], env=environment, check=True, capture_output=True, text=True)
         with (folder / "kernels.pickle").open("rb") as file:
             kernels, demo_seconds = pickle.load(file)
+        own: defaultdict[str, float] = defaultdict(float)
+        versions: defaultdict[str, int] = defaultdict(int)
+        for module, kernel, _, seconds in kernels:
+            own[f"{module}.{kernel}"] += seconds
+            versions[f"{module}.{kernel}"] += 1
+        dearest = sorted(own, key=own.__getitem__, reverse=True)
+        for kernel in dearest[: given.lines]:
+            print(f"{own[kernel]:7.2f} s  {versions[kernel]} x  {kernel}")
+        loaded = subprocess.run([*command, "load"], env=environment, check=True, stdout=subprocess.PIPE, text=True)
         cached_bytes = sum(path.stat().st_size for path in (folder / "cache").rglob("*") if path.is_file())
-    own: defaultdict[str, float] = defaultdict(float)
-    versions: defaultdict[str, int] = defaultdict(int)
-    for module, kernel, _, seconds in kernels:
-        own[f"{module}.{kernel}"] += seconds
-        versions[f"{module}.{kernel}"] += 1
-    dearest = sorted(own, key=own.__getitem__, reverse=True)
-    for kernel in dearest[: given.lines]:
-        print(f"{own[kernel]:7.2f} s  {versions[kernel]} x  {kernel}")
     figures = {
         "what": "numba kernels of `paxel demo`: seconds to compile (own, without what a kernel calls), and to load",
         "compile_s": round(sum(own.values()), 1),

@@ -88,6 +88,7 @@ def gamut(
     A sub-gamut is all colours of one surface that an effect can use. Its volume is in cubic CIELAB units (sRGB:
     820,300); the record tells it with area, parts and handles, and .ply, .glb and .gam (for Argyll) hold the mesh.
     Sets are exact polytopes, but those of hue-shift, chroma and watermark, which are found on a grid of --step.
+    One channel on three inks: primaries.json tells which ink limits white, and the area shares that would be better.
 
     \b
     paxel gamut my-show                                   lightness, joint, full, dual-image and neutralize
@@ -129,7 +130,7 @@ def gamut(
     if model is not None:
         with progress_bar() as progress:
             results = make_gamut_of_model(model, chosen, shown_on, out, progress, request)
-        report_records(as_json, results, out or model)
+        _tell(as_json, results, out or model)
         return
     assert dir is not None
     installation = open_installation(dir)
@@ -141,4 +142,13 @@ def gamut(
     else:
         with progress_bar() as progress:
             result = make_gamut(installation, chosen, shown_on, progress, request)
-    report_records(as_json, result, installation.folder("gamut"))
+    _tell(as_json, result, installation.folder("gamut"))
+
+
+def _tell(as_json: bool, results: dict[str, Any], where: Path) -> None:
+    """The records, and in a sentence what they say of the primaries of one channel."""
+    from paxel_design.gamut.primaries import primaries_sentence
+
+    report_records(as_json, results, where)
+    if "primaries.json" in results:
+        say(primaries_sentence(results["primaries.json"]))

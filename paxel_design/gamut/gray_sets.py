@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from paxel_design.gamut.joint import JointGamut
 from paxel_design.gamut.polytopes import Polytope, polytope
-from paxel_design.gamut.shadows import shadow_of_body, shadow_of_line
+from paxel_design.gamut.shadows import shadow_of_body, shadow_of_grays
 from paxel_design.gamut.tolerances import ball_about, tube_about_grays
+from paxel_runtime.gamut_mapping import luminance_relation
 from paxel_runtime.model.prediction import SurfaceModel
 from paxel_runtime.model.subgamut import SURFACES
 
-__all__ = ["changing_to_gray", "changing_to_one_colour", "fully_changing", "gray_relation"]
+__all__ = ["changing_to_gray", "changing_to_one_colour", "fully_changing"]
 
 
 def changing_to_one_colour(
@@ -56,21 +57,14 @@ def changing_to_gray(joint: JointGamut, lightness: str, tolerance: float, shown_
     if lightness == "free" and tolerance:
         brightest = max(float(other.black[1] + np.maximum(other.A[1], 0).sum()), 0.0)
         return shadow_of_body(own, other, tube_about_grays(1.1 * brightest, tolerance, white_point))
-    normals = joint.rows_of(shown_on)
     if lightness == "free":
-        return shadow_of_line(normals, joint.offsets, np.zeros(3), white_point)
-    slope, base = gray_relation(joint, shown_on) if lightness == "relative" else (1.0, 0.0)
+        return shadow_of_grays(own, other, white_point)
+    slope, base = luminance_relation(own, other) if lightness == "relative" else (1.0, 0.0)
+    normals = joint.rows_of(shown_on)
     # The gray's luminance is slope * Y + base of the colour's own: linear, so the section stays a polytope.
     on_gray = normals[:, 3:] @ white_point
     rows = normals[:, :3] + slope * on_gray[:, None] * np.array([0.0, 1.0, 0.0])
     return polytope(rows, joint.offsets - base * on_gray)
-
-
-def gray_relation(joint: JointGamut, shown_on: str) -> tuple[float, float]:
-    """(slope, base) of the luminance of the other surface over that of `shown_on`: black to black, white to white."""
-    own, other = _own_and_other(joint, shown_on)
-    slope = float(other.A[1].sum() / own.A[1].sum())
-    return slope, float(other.black[1] - slope * own.black[1])
 
 
 def fully_changing(
@@ -87,10 +81,8 @@ def fully_changing(
     GamutError
         If there are none, or too few to have a volume.
     """
-    normals = joint.rows_of(shown_on)
     reachable = joint.erode(np.stack((black, white)), shown_on)
-    mixed = np.column_stack((normals[:, :3] - normals[:, 3:], normals[:, 3:]))
-    opposite = shadow_of_line(mixed, joint.offsets, np.zeros(3), joint.model.white_point)
+    opposite = shadow_of_grays(*_own_and_other(joint, shown_on), joint.model.white_point, together=True)
     return polytope(
         np.concatenate((reachable.normals, opposite.normals)), np.concatenate((reachable.offsets, opposite.offsets))
     )

@@ -1,14 +1,24 @@
-"""Sets that are no polytopes: margins on a grid in CIELAB -> a field, its volume by node count, and a closed mesh.
+"""Sets that are no polytopes: margins on a grid in CIELAB -> a closed mesh, a field, and the volume by node count.
 
 The grid is padded: beyond the full gamut a margin goes on straight, by its slope on the gamut's surface, so that the
 level set crosses that surface cleanly and is then cut with the exact gamut. Margins are asked on every second node,
 and on the others only where the boundary can be near. The mesh's vertices lie on the margin itself, not on its
-interpolation. Nothing here knows what a margin means.
+interpolation; the field is the distance to that mesh, on a grid of half the step: margins bend at the very boundary,
+where another condition begins to bind, and a field of them would be wrong there by a fourth of the step. Nothing here
+knows what a margin means.
+
+How right hue sets are (b/w print, n = 6, step 2, 20 to 170 degrees; 1,000 places on the boundary each, judged a tenth
+of a CIELAB unit inside and outside by a proven search for a partner, which is then inverted: `gamut_oracles` of the
+reports): the margin in 996; in the others it misses a partner that straightened lines do not lead to. The field in 881,
+to 0.2 units in 951, to 0.4 in 979, in all to 1.6: it rounds creases, and what is thinner than a step is lost, most of
+all at 20 degrees, where only wedges are left out (of the 800 at the other angles 733 to 0.1, and all to 0.8). Volumes
+by node count differ by 0.1 % between steps 4, 2 and 1, and by 0.2 % from the mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import manifold3d
 import numpy as np
@@ -16,6 +26,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from paxel_design.gamut.contouring import Crossings, crossings_of, net_faces, net_vertices
+from paxel_design.gamut.distances import signed_distances
 from paxel_design.gamut.gauge import Gauge
 from paxel_design.gamut.margins import Margins
 from paxel_design.gamut.meshes import GamutMesh, gamut_mesh, gamut_solid, mesh_of_solid
@@ -23,7 +34,7 @@ from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, XYZ_to_Lab
 from paxel_runtime.model.subgamut import LabField, SubGamut
 
-__all__ = ["STEP", "field_volume", "level_set", "level_set_mesh"]
+__all__ = ["STEP", "LevelSet", "field_volume", "level_set", "level_set_mesh"]
 
 STEP = 2.0
 """Distance of nodes, CIELAB units."""
@@ -66,6 +77,9 @@ _PLANE = 2e-3
 """One minus the length of a cell's mean normal up to which its vertex need not move: the planes' meeting is then within
 1 % of a step of a surface as curved as that."""
 
+_BAND = 2.0
+"""Distance from the mesh up to which the field is exact, in its own steps: all corners of a cell that it crosses."""
+
 _NEIGHBOURS = np.ones((3, 3, 3), bool)
 
 _SPECK = 1e-4
@@ -79,8 +93,27 @@ _MarginsOfLab = Callable[[_Values], tuple[_Values, _Values]]
 """Lab (k, 3), also beyond the full gamut -> margins (k,) and their slopes (k, 3) along L*, a*, b*."""
 
 
-def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP) -> SubGamut:
-    """The part of a full gamut where a margin is >= 0, as a field.
+@dataclass(frozen=True, eq=False)
+class LevelSet:
+    """The part of a full gamut where a margin is >= 0.
+
+    Attributes
+    ----------
+    gamut : SubGamut
+        Its field is the distance to `net`, negative outside, exact to two of its steps from the boundary.
+    net : manifold3d.Manifold
+        The closed surface in CIELAB before it is cut with the full gamut.
+    counted : float
+        Volume in cubic CIELAB units, by the nodes whose margin is > 0.
+    """
+
+    gamut: SubGamut
+    net: manifold3d.Manifold
+    counted: float
+
+
+def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP) -> LevelSet:
+    """The part of a full gamut where a margin is >= 0.
 
     Parameters
     ----------
@@ -90,12 +123,13 @@ def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP)
         Name of the result.
     margins : Margins
     step : float
-        Distance of the nodes, CIELAB units. Memory: some 100 bytes a node, 25 MB for sRGB at step 2.
+        Distance of the nodes where margins are asked, CIELAB units; the field's is half of it. Memory: some 200 bytes
+        a node, 50 MB for sRGB at step 2.
 
     Raises
     ------
     GamutError
-        If no node lies in the set.
+        If no node lies in the set, or its surface does not close.
     """
     surface = gamut_mesh(full, _BOX_EDGE).Lab
     # Nodes lie half a step beside the gray axis: on it a colour has no hue. Their number is odd: every second is a
@@ -107,15 +141,24 @@ def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP)
     nodes = np.moveaxis(np.indices(counts, np.int32), 0, -1).reshape(-1, 3)
     inside = (gauge(np.asarray(Lab_to_XYZ(_place(grid, nodes), full.white_point))) <= 1).reshape(counts)
     near = binary_dilation(inside, _NEIGHBOURS, iterations=_PADDING)
-    _ask(grid, near, _continued(full, gauge, margins))
+    margins_of = _continued(full, gauge, margins)
+    _ask(grid, near, margins_of)
     # Exactly 0 would put a vertex of the mesh on a node, shared by slivers.
     grid.values[grid.values == 0] = np.float32(1e-6)
-    if not np.any(inside & (grid.values > 0)):
+    counted = float(np.count_nonzero(inside & (grid.values > 0))) * step**3
+    if not counted:
         raise GamutError(
             f"sub-gamut {effect}.on-{full.shown_on} is empty: no colour of a grid of {step:g} CIELAB units can have "
             "such a partner"
         )
-    return SubGamut(effect, full.shown_on, full.normals, full.offsets, full.white_point, grid)
+    vertices, faces = _net(grid, margins_of)
+    net = manifold3d.Manifold(manifold3d.Mesh64(_place(grid, vertices), faces.astype(np.uint64)))
+    if net.status() != manifold3d.Error.NoError:
+        raise GamutError(
+            f"sub-gamut {effect}.on-{full.shown_on} has no mesh: its surface does not close ({net.status().name})"
+        )
+    field = _field_of_net(grid, vertices, faces)
+    return LevelSet(SubGamut(effect, full.shown_on, full.normals, full.offsets, full.white_point, field), net, counted)
 
 
 def field_volume(gamut: SubGamut) -> float:
@@ -127,40 +170,42 @@ def field_volume(gamut: SubGamut) -> float:
     return float(np.count_nonzero(inside)) * field.step**3
 
 
-def level_set_mesh(gamut: SubGamut, margins: Margins) -> GamutMesh:
-    """The closed surface of a sub-gamut with a field, cut with its exact full gamut.
-
-    Parameters
-    ----------
-    gamut : SubGamut
-    margins : Margins
-        What the field was made of.
+def level_set_mesh(level: LevelSet) -> GamutMesh:
+    """The closed surface of a level set, cut with its exact full gamut.
 
     Raises
     ------
     GamutError
-        If the surface does not close.
+        If nothing is left of it.
     """
-    field = gamut.field
-    assert field is not None
+    gamut = level.gamut
     full = SubGamut(gamut.effect, gamut.shown_on, gamut.normals, gamut.offsets, gamut.white_point)
-    margins_of = _continued(full, Gauge(full.normals, full.offsets), margins)
-    crossings = crossings_of(field.values)
-    points, normals = _on_the_boundary(crossings, field, margins_of)
-    vertices = net_vertices(crossings, points, normals)
-    vertices = _moved_onto_boundary(vertices, _bent_cells(crossings, normals), field, margins_of)
-    faces = net_faces(crossings, vertices, points, normals)
-    solid = manifold3d.Manifold(manifold3d.Mesh64(_place(field, vertices), faces.astype(np.uint64)))
-    if solid.status() != manifold3d.Error.NoError:
-        raise GamutError(f"sub-gamut {gamut.file_stem} has no mesh: its surface does not close ({solid.status().name})")
-    cut = (solid ^ gamut_solid(gamut_mesh(full))).simplify(_SIMPLIFY)
+    cut = (level.net ^ gamut_solid(gamut_mesh(full))).simplify(_SIMPLIFY)
     parts = sorted(cut.decompose(), key=lambda part: -part.volume())
     kept = [part for part in parts if part.volume() > _SPECK * cut.volume()]
     if not kept:
-        raise GamutError(f"sub-gamut {gamut.file_stem} has no mesh: it is thinner than its grid of {field.step:g}")
-    volume = field_volume(gamut)
+        raise GamutError(f"sub-gamut {gamut.file_stem} has no mesh: it is thinner than the grid that it was asked on")
     whole = manifold3d.Manifold.compose(kept)
-    return mesh_of_solid(whole, volume=volume, volume_error=abs(whole.volume() - volume))
+    return mesh_of_solid(whole, volume=level.counted, volume_error=abs(whole.volume() - level.counted))
+
+
+def _net(grid: LabField, margins_of: _MarginsOfLab) -> tuple[_Values, NDArray[np.int64]]:
+    """Vertices (V, 3) on the boundary, in steps of the grid, and triangles (F, 3)."""
+    crossings = crossings_of(grid.values)
+    points, normals = _on_the_boundary(crossings, grid, margins_of)
+    vertices = net_vertices(crossings, points, normals)
+    vertices = _moved_onto_boundary(vertices, _bent_cells(crossings, normals), grid, margins_of)
+    return vertices, net_faces(crossings, vertices, points, normals)
+
+
+def _field_of_net(grid: LabField, vertices: _Values, faces: NDArray[np.int64]) -> LabField:
+    """The distance to the net on half of the grid's step; further away no less than that, and as margins tell."""
+    step = grid.step / 2
+    rough = _doubled(np.clip(grid.values, -_LARGEST, _LARGEST))
+    values = signed_distances(2 * vertices, faces, rough.shape, _BAND) * np.float32(step)
+    far = np.abs(values) >= np.float32(0.999 * _BAND * step)
+    values[far] = np.copysign(np.maximum(np.abs(rough[far]), np.abs(values[far])), values[far])
+    return LabField(grid.origin, step, values)
 
 
 def _place(grid: LabField, nodes: NDArray[np.integer] | _Values) -> _Values:

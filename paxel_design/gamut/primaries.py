@@ -15,7 +15,12 @@ from paxel_runtime.calibration.white_point import WHITES, brightest_of_chromatic
 from paxel_runtime.errors import CalibrationError, InputError
 from paxel_runtime.model.prediction import PredictionModel
 
-__all__ = ["neutral_shares", "primaries_figures"]
+__all__ = ["has_primaries", "neutral_shares", "primaries_figures", "primaries_sentence"]
+
+
+def has_primaries(model: PredictionModel) -> bool:
+    """Whether `primaries_figures` says something of a model: one surface, one channel, three clusters."""
+    return model.white is None and len(model.channels) == 1 and len(model.clusters) == 3
 
 
 def neutral_shares(
@@ -66,10 +71,11 @@ def primaries_figures(model: PredictionModel, shares: ArrayLike) -> dict[str, An
     InputError
         If the model has two surfaces, several channels or not three clusters, or shares do not sum to 1.
     """
-    K, N, share = len(model.clusters), len(model.channels), np.asarray(shares, np.float64)
-    if model.white is not None or N != 1 or K != 3:
+    share = np.asarray(shares, np.float64)
+    if not has_primaries(model):
         raise InputError(
-            f"primaries need one surface, one channel and three clusters; the model has {len(model.surfaces)}, {N}, {K}"
+            f"primaries need one surface, one channel and three clusters; the model has {len(model.surfaces)}, "
+            f"{len(model.channels)}, {len(model.clusters)}"
         )
     if share.shape != (3,) or not np.all(share > 0) or abs(share.sum() - 1) > 1e-6:
         raise InputError(f"shares must be three positive numbers that sum to 1, got {share.tolist()}")
@@ -101,6 +107,23 @@ def primaries_figures(model: PredictionModel, shares: ArrayLike) -> dict[str, An
         },
         "whites": whites,
     }
+
+
+def primaries_sentence(figures: dict[str, Any], white: str = "D65") -> str:
+    """What `primaries_figures` say of a white: the primary that limits it, and shares that would make it brighter."""
+    found = figures["whites"][white]
+    if found is None:
+        return f"{white} is outside the triangle of the primaries: no area shares give that white"
+    gain = 100 * (found["luminance_with_shares"] / found["luminance"] - 1)
+    # Cells are counted in whole numbers: no print has its shares to a percent.
+    if gain < 1:
+        return f"white {white}: the area shares of the primaries fit, all give their full light"
+    wanted = ", ".join(f"{name} {100 * share:.0f} %" for name, share in found["shares"].items())
+    given = ", ".join(f"{100 * share:.0f}" for share in figures["shares"].values())
+    return (
+        f"white {white} is limited by {found['limiting']}; printed with area shares {wanted} (now {given}) it would be "
+        f"{gain:.0f} % brighter"
+    )
 
 
 def _chromaticity(XYZ: NDArray[np.float64]) -> list[float]:

@@ -17,9 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_design.gamut.gray_sets import gray_relation
 from paxel_design.gamut.joint import JointGamut
 from paxel_runtime.errors import InputError
+from paxel_runtime.gamut_mapping import luminance_relation
 from paxel_runtime.model.delta_e import TRUE_dE00, squared_dE00_jet
 from paxel_runtime.model.effects import CHROMA_FLOOR, Decolorize, Effect, Full, HueShift, Monochrome, Neutralize
 from paxel_runtime.model.subgamut import SURFACES, LabField, SubGamut
@@ -119,7 +119,9 @@ def _condition(joint: JointGamut, effect: Effect, shown_on: str) -> tuple[int, N
     if isinstance(effect, Neutralize):
         return _NEAR_COLOR, np.array([*effect.Lab, effect.tolerance or _TOLERANCE])
     if isinstance(effect, Decolorize):
-        slope, base = gray_relation(joint, shown_on) if effect.lightness == "relative" else (1.0, 0.0)
+        surfaces = joint.model.surfaces
+        other = surfaces[SURFACES[1 - SURFACES.index(shown_on)]]
+        slope, base = luminance_relation(surfaces[shown_on], other) if effect.lightness == "relative" else (1.0, 0.0)
         free = effect.lightness == "free"
         return _NEAR_GRAY, np.array([np.nan if free else slope, base, 0.0, effect.tolerance or _TOLERANCE])
     if isinstance(effect, HueShift):

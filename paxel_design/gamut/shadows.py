@@ -1,9 +1,8 @@
 """Shadows of convex sets: the colours p of which *some* partner in a set goes with p, as polytopes.
 
-Two ways, both exact. Where the partner moves on a straight line, the pairs (p, place on the line) are a polytope in
-four dimensions whose corners are dropped onto p. Where it moves in a convex body given by points, the corners of the
-shadow are found as the farthest colours in ever more directions, each a small linear programme over inputs, until
-every facet of their hull is proven.
+Where the partner is a gray, two of its directions are bound; where it lies in a convex body given by points, it is a
+mixture of them. Either way the corners of the shadow are found as the farthest colours in ever more directions, each a
+small linear programme over inputs, until every facet of their hull is proven.
 """
 
 from __future__ import annotations
@@ -16,38 +15,55 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from paxel_design.gamut.boxed_lp import INFEASIBLE, OPTIMAL, maximise
-from paxel_design.gamut.polytopes import Polytope, polytope, polytope_of_points
+from paxel_design.gamut.polytopes import Polytope, polytope_of_points
 from paxel_runtime.errors import GamutError
 from paxel_runtime.model.prediction import SurfaceModel
 from paxel_runtime.numba_options import KERNEL
 
-__all__ = ["shadow_of_body", "shadow_of_line"]
+__all__ = ["shadow_of_body", "shadow_of_grays"]
 
 _PROVEN = 1e-5
-"""How far beyond a facet the farthest colour may lie, XYZ with Y = 1."""
+"""How far beyond a facet the farthest colour may lie, XYZ with Y = 1: the body's points
+are no closer to what they mean."""
+
+_EXACT = 1e-8
+"""The same where there is no such body: all corners are found."""
+
+_RANK = 1e-9
+"""Relative size below which a singular value counts as zero."""
 
 _MOST_CORNERS = 20_000
 
 
-def shadow_of_line(
-    normals: NDArray[np.float64], offsets: NDArray[np.float64], origin: NDArray[np.float64], along: NDArray[np.float64]
+def shadow_of_grays(
+    own: SurfaceModel, other: SurfaceModel, gray: NDArray[np.float64], *, together: bool = False
 ) -> Polytope:
-    """{p : (p, origin + M p + t along) in the set for some t}, with M and the set in one matrix of rows.
+    """Colours of surface `own` whose partner can be some multiple of `gray` on surface `other`.
 
     Parameters
     ----------
-    normals : (m, 6) float64 array
-        Rows over (p, partner); p's part already holds what M adds.
-    offsets : (m,) float64 array
-    origin, along : (3,) float64 arrays
+    own, other : SurfaceModel
+        Of the same inputs.
+    gray : (3,) float64 array
+        XYZ.
+    together : bool
+        Not the partner but the sum of colour and partner is the gray.
 
     Raises
     ------
     GamutError
-        If the set is empty or flat.
+        If the set is empty or flat, or its corners are not found.
     """
-    rows = np.column_stack((normals[:, :3], normals[:, 3:] @ along))
-    return polytope_of_points(polytope(rows, offsets - normals[:, 3:] @ origin).vertices[:, :3])
+    across = np.linalg.svd(gray[None])[2][1:]
+    A, black = (own.A + other.A, own.black + other.black) if together else (other.A, other.black)
+    # Two rows, or fewer where all partners are of one hue.
+    U, scale, Vt = np.linalg.svd(across @ A, full_matrices=False)
+    rank = int(np.sum(scale > _RANK * np.linalg.norm(A)))
+    offset = U.T @ (across @ black)
+    if np.any(np.abs(offset[rank:]) > _RANK):
+        raise GamutError("the set is empty")
+    columns, rhs = np.ascontiguousarray(Vt[:rank]), -offset[:rank] / scale[:rank]
+    return _hull_of_farthest(_farthest(own, columns, rhs), _EXACT)
 
 
 def shadow_of_body(own: SurfaceModel, other: SurfaceModel, body: NDArray[np.float64]) -> Polytope:
@@ -71,16 +87,26 @@ def shadow_of_body(own: SurfaceModel, other: SurfaceModel, body: NDArray[np.floa
     columns[:3, :n], columns[:3, n:], columns[3, n:] = other.A, -body.T, 1.0
     rhs = np.append(-other.black, 1.0)
 
+    return _hull_of_farthest(_farthest(own, columns, rhs), _PROVEN)
+
+
+def _farthest(
+    own: SurfaceModel, columns: NDArray[np.float64], rhs: NDArray[np.float64]
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Directions (k, 3) -> farthest colours (k, 3); the first columns of the programme are those of the inputs."""
+    n = own.A.shape[1]
+    shares = columns.shape[1] - n
+
     def farthest(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-        cost = np.concatenate((directions @ own.A, np.zeros((len(directions), v))), axis=1)
+        cost = np.concatenate((directions @ own.A, np.zeros((len(directions), shares))), axis=1)
         x, status = _maximise_each(columns, rhs, cost, n)
         if status == INFEASIBLE:
             raise GamutError("the set is empty")
         if status != OPTIMAL:
             raise GamutError("the corners of a set were not found: its inputs depend on each other")
-        return x @ own.A.T + own.black
+        return np.asarray(x @ own.A.T + own.black)
 
-    return _hull_of_farthest(farthest)
+    return farthest
 
 
 @njit(**KERNEL)
@@ -100,8 +126,8 @@ def _maximise_each(
     return x, OPTIMAL
 
 
-def _hull_of_farthest(farthest: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> Polytope:
-    """The polytope whose farthest points `farthest` finds: (k, 3) directions -> (k, 3) points."""
+def _hull_of_farthest(farthest: Callable[[NDArray[np.float64]], NDArray[np.float64]], tolerance: float) -> Polytope:
+    """The polytope whose farthest points `farthest` finds, (k, 3) directions -> (k, 3) points, up to `tolerance`."""
     compass = np.array(
         [(i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) != (0, 0, 0)]
     )
@@ -121,7 +147,7 @@ def _hull_of_farthest(farthest: Callable[[NDArray[np.float64]], NDArray[np.float
             return polytope_of_points(np.linalg.solve(to_round, points[ConvexHull(points).vertices].T).T + centre)
         proven.update(tuple(e) for e in asked)
         found = (farthest(asked[:, :3] @ to_round) - centre) @ to_round.T
-        beyond = np.einsum("ij,ij->i", found, asked[:, :3]) + asked[:, 3] > _PROVEN / spread[0]
+        beyond = np.einsum("ij,ij->i", found, asked[:, :3]) + asked[:, 3] > tolerance / spread[0]
         if np.any(beyond):
             points = _distinct(np.concatenate((points, found[beyond])))
     raise GamutError(f"the corners of a set were not found: more than {_MOST_CORNERS}")

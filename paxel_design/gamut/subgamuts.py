@@ -14,7 +14,7 @@ import numpy as np
 
 from paxel_design.gamut.gray_sets import changing_to_gray, changing_to_one_colour, fully_changing
 from paxel_design.gamut.joint import JointGamut
-from paxel_design.gamut.level_sets import STEP, level_set, level_set_mesh
+from paxel_design.gamut.level_sets import STEP, LevelSet, level_set, level_set_mesh
 from paxel_design.gamut.lightness import lightness_area
 from paxel_design.gamut.margins import Margins, chroma_margins, hue_margins
 from paxel_design.gamut.meshes import GamutMesh, gamut_mesh
@@ -56,7 +56,7 @@ def sub_gamut(
     shown_on : {"pattern", "white"}
         The surface these colours are shown on.
     step : float
-        Distance of the nodes of a level set, CIELAB units.
+        Distance of the nodes where a level set's margin is asked, CIELAB units; its field has half of that.
 
     Raises
     ------
@@ -67,9 +67,7 @@ def sub_gamut(
     """
     joint, effect = _checked(model, effect, shown_on)
     if type(effect) in _MARGINS:
-        return level_set(
-            _full(joint, Full(), shown_on), effect.name, _MARGINS[type(effect)](joint.model, effect, shown_on), step
-        )
+        return _level_set(joint, effect, shown_on, step).gamut
     try:
         return _EXACT[type(effect)](joint, effect, shown_on)
     except GamutError as error:
@@ -87,10 +85,16 @@ def subgamut_and_mesh(
         As `sub_gamut`, and where the surface does not close.
     """
     joint, effect = _checked(model, effect, shown_on)
+    if type(effect) in _MARGINS:
+        level = _level_set(joint, effect, shown_on, step)
+        return level.gamut, level_set_mesh(level)
     gamut = sub_gamut(joint, effect, shown_on, step=step)
-    if gamut.field is None:
-        return gamut, gamut_mesh(gamut)
-    return gamut, level_set_mesh(gamut, _MARGINS[type(effect)](joint.model, effect, shown_on))
+    return gamut, gamut_mesh(gamut)
+
+
+def _level_set(joint: JointGamut, effect: Effect, shown_on: str, step: float) -> LevelSet:
+    margins = _MARGINS[type(effect)](joint.model, effect, shown_on)
+    return level_set(_full(joint, Full(), shown_on), effect.name, margins, step)
 
 
 def _checked(model: PredictionModel | JointGamut, effect: Effect | str, shown_on: str) -> tuple[JointGamut, Effect]:

@@ -9,6 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from paxel_design.gamut import (
     MESH_FORMATS,
     RGB_SPACES,
@@ -30,10 +33,12 @@ from paxel_design.gamut import (
     subgamut_figures,
     write_mesh,
 )
+from paxel_design.gamut.primaries import has_primaries, primaries_figures
 from paxel_runtime.errors import GamutError, InputError
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.effects import DualImage, Effect, Full, Neutralize, parse_effect
 from paxel_runtime.model.prediction import PredictionModel
+from paxel_runtime.printed import load_pattern
 from paxel_runtime.storage import file_sha256, load_model, read_json, read_npz, write_atomically, write_json, write_npz
 
 __all__ = ["GamutRequest", "gamut_files", "make_gamut", "make_gamut_of_model"]
@@ -140,6 +145,8 @@ def gamut_files(
     names = [f"{one.name}{suffix}.on-{surface}.json" for one, surface in wanted]
     if effect is None and model.white is not None:
         names = ["lightness.json", *names]
+    if effect is None and has_primaries(model):
+        names = ["primaries.json", *names]
     names += request.conditions
     return names if request.hue_area_deg is None else [*names, request.hue_record]
 
@@ -152,6 +159,7 @@ def _write_gamuts(
     inputs: dict[str, Any],
     report: Progress,
     request: GamutRequest,
+    shares: NDArray[np.float64],
 ) -> dict[str, Any]:
     """Compute and write into `folder`; returns the records by file name."""
     wanted = _wanted_effects(model, effect, shown_on, request.further)
@@ -167,6 +175,8 @@ def _write_gamuts(
     if effect is None and model.white is not None:
         report("lightness area", 0, len(wanted))
         keep("lightness.json", _lightness(folder, joint))
+    if effect is None and has_primaries(model):
+        keep("primaries.json", primaries_figures(model, shares))
     for name, condition in request.conditions.items():
         keep(name, _rectangle(joint, condition))
     meshes: dict[str, GamutMesh] = {}
@@ -261,7 +271,8 @@ def make_gamut(
     with installation.writing("gamut", keep=True) as folder:
         records = {path: read_json(path) for path in sorted(folder.glob("*.json"))}
         outdated = {path.name: old for path, old in records.items() if old.get("inputs") != inputs}
-        results = _write_gamuts(folder, model, effect, shown_on, inputs, report, request)
+        shares = _printed_shares(installation, model)
+        results = _write_gamuts(folder, model, effect, shown_on, inputs, report, request, shares)
         for name, old in outdated.items():
             if name in results or not (folder / name).is_file():
                 continue
@@ -273,10 +284,11 @@ def make_gamut(
                 write_json(folder / name, {**figures, "inputs": inputs})
             elif "condition" in old:
                 _again_or_away(folder / name, JointGamut(model), old["condition"], inputs)
-            elif name == "lightness.json":
-                _write_gamuts(folder, model, None, "pattern", inputs, report, plain)
+            elif name in ("lightness.json", "primaries.json"):
+                _write_gamuts(folder, model, None, "pattern", inputs, report, plain, shares)
             elif read_json(folder / name).get("inputs") != inputs:
-                _write_gamuts(folder, model, parse_effect(old["text"]), old["shown_on"], inputs, report, plain)
+                one = parse_effect(old["text"])
+                _write_gamuts(folder, model, one, old["shown_on"], inputs, report, plain, shares)
     return results
 
 
@@ -302,6 +314,22 @@ def make_gamut_of_model(
     inputs = {"settings": {}, "files": {path.name: file_sha256(path)}}
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-        return _write_gamuts(out, model, effect, shown_on, inputs, report, request)
+        return _write_gamuts(out, model, effect, shown_on, inputs, report, request, _equal_shares(model))
     with tempfile.TemporaryDirectory() as scratch:
-        return _write_gamuts(Path(scratch), model, effect, shown_on, inputs, report, request)
+        return _write_gamuts(Path(scratch), model, effect, shown_on, inputs, report, request, _equal_shares(model))
+
+
+def _printed_shares(installation: Installation, model: PredictionModel) -> NDArray[np.float64]:
+    """Area shares of the clusters as they were printed, in the model's order; equal ones where names do not tell."""
+    if not has_primaries(model):
+        return _equal_shares(model)
+    pattern = load_pattern(installation)
+    by_name = dict(zip(pattern.colorants, pattern.shares(), strict=True))
+    if set(model.clusters) != set(by_name):
+        return _equal_shares(model)
+    return np.array([by_name[name] for name in model.clusters])
+
+
+def _equal_shares(model: PredictionModel) -> NDArray[np.float64]:
+    """Area shares of the clusters of a model on its own, which does not tell them."""
+    return np.full(len(model.clusters), 1 / len(model.clusters))

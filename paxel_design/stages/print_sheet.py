@@ -13,14 +13,22 @@ from paxel_design.patterns.snapping import Snapped, check_dots, snap_to_printer
 from paxel_design.printing import print_sheet_text, write_pattern_pdf, write_preview
 from paxel_design.printing.ink_spread import fit_ink_spread, parse_readings
 from paxel_design.printing.test_sheet import measurements_table, write_test_sheet
+from paxel_design.visibility import beats, layout_spectrum, pattern_visibility, worst_moire
+from paxel_design.visibility.moire import Partition
 from paxel_runtime.colorants import load_colorants
 from paxel_runtime.errors import InputError
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.model.pattern_json import pattern_to_json_dict
+from paxel_runtime.settings import Settings
 from paxel_runtime.storage import file_sha256, write_image, write_json, write_text
 
-__all__ = ["Design", "design_of", "ink_spread_from", "make_print", "make_test_sheet"]
+__all__ = ["Design", "design_of", "ink_spread_from", "make_print", "make_test_sheet", "visibility_of"]
+
+_ZOOMS = (0.99, 1.0, 1.01)
+"""Of the projector, which nobody sets to a percent: the worst of these is told."""
+
+_PIECE_PX = 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +97,44 @@ def make_print(installation: Installation) -> dict[str, Any]:
             "inputs": installation.inputs("print"),
         }
         write_json(folder / "pattern.json", record)
+        write_json(folder / "visibility.json", visibility_of(pattern, installation.settings))
     return record
+
+
+def visibility_of(pattern: Pattern, settings: Settings) -> dict[str, Any]:
+    """How visible a print is to the viewer of paxel.toml, and how it beats with the projector: ``visibility.json``.
+
+    What was looked at stands in it: projector and viewer may change without making the print stale.
+    """
+    viewing, projector = settings.viewing, settings.projector
+    pitch_mm = projector.width_mm / projector.resolution[0]
+    partition: Partition = "light" if settings.clusters.method == "design" else "lab"
+    K = min(settings.clusters.count, len(pattern.colorants) + 1)
+    spectrum = layout_spectrum(pattern)
+    strongest = worst_moire(
+        pattern,
+        [pitch_mm * zoom for zoom in _ZOOMS],
+        viewing.distance_mm,
+        K=K,
+        partition=partition,
+        luminance_cd_m2=viewing.luminance_cd_m2,
+        phases=1,
+        size_px=_PIECE_PX,
+    )
+    return {
+        "distance_mm": viewing.distance_mm,
+        "luminance_cd_m2": viewing.luminance_cd_m2,
+        "pixel_pitch_mm": pitch_mm,
+        "unit": "thresholds of contrast: 1 is just seen, 10 is plain",
+        "print": asdict(pattern_visibility(spectrum, viewing.distance_mm, viewing.luminance_cd_m2)),
+        "moire": {
+            "clusters": K,
+            "partition": partition,
+            "pitches_mm": [pitch_mm * zoom for zoom in _ZOOMS],
+            **{key: None if value == float("inf") else value for key, value in asdict(strongest).items()},
+        },
+        "beats": [asdict(beat) for beat in beats(pattern, pitch_mm)],
+    }
 
 
 def make_test_sheet(installation: Installation, *, force: bool = False) -> dict[str, Any]:

@@ -73,16 +73,20 @@ class PatternVisibility:
     frequency_cpd: float
 
 
-def layout_spectrum(pattern: Pattern) -> LayoutSpectrum:
-    """The lines of a layout's spectrum, as printed (with its measured scale).
+def layout_spectrum(pattern: Pattern, zones: int = 0) -> LayoutSpectrum:
+    """The lines of a layout's spectrum, as printed (with its measured scale); lines of no strength left out.
 
-    Up to two cycles a cell (one, of large tori), lines of no strength left out.
+    Parameters
+    ----------
+    pattern : Pattern
+    zones : int
+        Cycles a cell up to which lines are taken; 0 = two, and one of large tori.
     """
     XYZ = colorants_to_XYZ(pattern.palette)
     rows, columns = pattern.cells.shape
     cells_XYZ = XYZ[pattern.cells]
     amplitude = np.fft.fft2(cells_XYZ, axes=(0, 1)) / (rows * columns)
-    zones = _ZONES if pattern.cells.size <= _LARGE else _ZONES_OF_LARGE
+    zones = zones or (_ZONES if pattern.cells.size <= _LARGE else _ZONES_OF_LARGE)
     u = np.arange(-zones * columns, zones * columns + 1)
     v = np.arange(0, zones * rows + 1)
     # the half plane v > 0, or v = 0 and u > 0

@@ -7,15 +7,17 @@ often that the mean *light* is right, in the finest grain. Knows intensities and
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.response import ProjectorResponse
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["ROUNDING", "blue_noise", "intensities_to_codes"]
 
@@ -70,15 +72,17 @@ def intensities_to_codes(
     codes = np.full(p.shape, round(_OUTSIDE_P[outside] * full), np.uint8 if bits <= 8 else np.uint16)
     P = np.arange(full + 1) / full
     light = np.ascontiguousarray(response.P_to_x(np.repeat(P[:, None], p.shape[2], axis=1)).T)
+    p, bad = np.ascontiguousarray(p, np.float32), np.zeros(len(p), np.int64)
     if rounding == "nearest":
         halves = (np.arange(full)[:, None] + np.full(p.shape[2], 0.5)) / full
         thresholds = np.ascontiguousarray(response.P_to_x(halves).T)
-        bad = _nearest_codes(np.ascontiguousarray(p, np.float32), inside, thresholds, codes)
+        code_rows = partial(_nearest_codes, p, inside, thresholds, codes, bad)
     else:
-        bad = _dithered_codes(np.ascontiguousarray(p, np.float32), inside, light, blue_noise(), *_OFFSETS, codes)
-    if bad:
+        code_rows = partial(_dithered_codes, p, inside, light, blue_noise(), *_OFFSETS, codes, bad)
+    in_bands(code_rows, len(p))
+    if bad.any():
         raise InputError(
-            f"intensities must be numbers in 0..1 inside the pattern, got {int(bad)} that are not: was x inverted?"
+            f"intensities must be numbers in 0..1 inside the pattern, got {bad.sum()} that are not: was x inverted?"
         )
     return codes
 
@@ -112,7 +116,7 @@ def _check(
         raise InputError(f"rounding must be one of {', '.join(ROUNDING)}; got {rounding!r}")
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _first_not_below(value: float, table: NDArray[np.float64]) -> int:
     """Index of the first entry of a rising table that is >= value; its length if there is none."""
     low, high = 0, len(table)
@@ -125,30 +129,31 @@ def _first_not_below(value: float, table: NDArray[np.float64]) -> int:
     return low
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _nearest_codes(
     p: NDArray[np.float32],
     inside: NDArray[np.bool_],
     thresholds: NDArray[np.float64],
     codes: NDArray[np.unsignedinteger],
-) -> int:
-    """`thresholds` (N, codes - 1): light half-way, in code, between each code and the next."""
-    height, width, channels = p.shape
-    bad = 0
-    for row in prange(height):
+    bad: NDArray[np.int64],
+    first: int,
+    stop: int,
+) -> None:
+    """`thresholds` (N, codes - 1): light half-way, in code, between each code and the next; `bad`: counts of rows."""
+    _, width, channels = p.shape
+    for row in range(first, stop):
         for column in range(width):
             if not inside[row, column]:
                 continue
             for j in range(channels):
                 value = np.float64(p[row, column, j])
                 if not (value >= -_SLACK and value <= 1.0 + _SLACK):  # also true of NaN
-                    bad += 1
+                    bad[row] += 1
                     continue
                 codes[row, column, j] = _first_not_below(value, thresholds[j])
-    return bad
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _dithered_codes(
     p: NDArray[np.float32],
     inside: NDArray[np.bool_],
@@ -157,19 +162,21 @@ def _dithered_codes(
     down: int,
     right: int,
     codes: NDArray[np.unsignedinteger],
-) -> int:
-    """`light` (N, codes): what each code shows."""
-    height, width, channels = p.shape
+    bad: NDArray[np.int64],
+    first: int,
+    stop: int,
+) -> None:
+    """`light` (N, codes): what each code shows; `bad`: counts of rows."""
+    _, width, channels = p.shape
     rows, columns = mask.shape
-    bad = 0
-    for row in prange(height):
+    for row in range(first, stop):
         for column in range(width):
             if not inside[row, column]:
                 continue
             for j in range(channels):
                 value = np.float64(p[row, column, j])
                 if not (value >= -_SLACK and value <= 1.0 + _SLACK):  # also true of NaN
-                    bad += 1
+                    bad[row] += 1
                     continue
                 above = min(_first_not_below(value, light[j]), light.shape[1] - 1)
                 if above > 0:
@@ -179,4 +186,3 @@ def _dithered_codes(
                     if share < threshold:
                         above -= 1
                 codes[row, column, j] = above
-    return bad

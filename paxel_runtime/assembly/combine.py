@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.assembly.dither import check_inputs
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["block_px_of", "combine"]
 
@@ -48,19 +50,23 @@ def combine(x: NDArray[np.float32], labels: NDArray[np.uint8], channels: int, bl
     if block_px < 1:
         raise InputError(f"a block must be at least 1 pixel, got {block_px}")
     p = np.zeros((*labels.shape[:2], channels), np.float32)
-    band = max(1, 256 // block_px) * block_px
-    for row in range(0, len(p), band):
-        rows = slice(row, row + band)
-        x_rows = np.ascontiguousarray(x[rows], np.float32)
-        _combine_rows(x_rows, np.ascontiguousarray(by_channel[rows]), block_px, p[rows])
+    blocks_at_once = max(1, 256 // block_px)
+
+    def work(start: int, stop: int) -> None:
+        for first in range(start, stop, blocks_at_once):
+            rows = slice(first * block_px, min(first + blocks_at_once, stop) * block_px)
+            x_rows = np.ascontiguousarray(x[rows], np.float32)
+            _combine_rows(x_rows, np.ascontiguousarray(by_channel[rows]), block_px, p[rows])
+
+    in_bands(work, -(-len(p) // block_px))
     return p
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _combine_rows(x: NDArray[np.float32], labels: NDArray[np.uint8], block: int, p: NDArray[np.float32]) -> None:
     height, width, n = x.shape
     channels = labels.shape[2]
-    for i in prange(-(-height // block)):
+    for i in range(-(-height // block)):
         mean = np.empty(n)
         last = min(i * block + block, height)
         for first in range(0, width, block):

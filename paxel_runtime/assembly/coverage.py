@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["cluster_coverage", "coverage_from_labels", "spread_coverage"]
 
@@ -70,15 +73,17 @@ def spread_coverage(coverage: NDArray[np.uint8], variance: NDArray[np.float64]) 
     if np.all(variance == variance[0]):
         channels, variance = coverage.shape[2], variance[:1]
     spread = np.empty((*coverage.shape[:2], channels, coverage.shape[3]), np.uint8)
-    _spread(np.ascontiguousarray(coverage), variance, spread)
+    in_bands(partial(_spread, np.ascontiguousarray(coverage), variance, spread), len(spread))
     return spread
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _spread(coverage: NDArray[np.uint8], variance: NDArray[np.float64], spread: NDArray[np.uint8]) -> None:
+@njit(**KERNEL)
+def _spread(
+    coverage: NDArray[np.uint8], variance: NDArray[np.float64], spread: NDArray[np.uint8], first: int, stop: int
+) -> None:
     height, width, channels, colorants = spread.shape
     planes, kinds = coverage.shape[2], variance.shape[0]
-    for row in prange(height):
+    for row in range(first, stop):
         up, down = max(row - 1, 0), min(row + 1, height - 1)
         v = 2.0 * row / max(height - 1, 1) - 1.0
         for column in range(width):
@@ -124,18 +129,25 @@ def cluster_coverage(
     channels = max(coverage.shape[2], labels.shape[2])
     sums = np.zeros((len(coverage), channels, clusters, coverage.shape[3]), np.int64)
     counts = np.zeros((len(coverage), channels, clusters), np.int64)
-    _row_sums(np.ascontiguousarray(coverage), np.ascontiguousarray(labels), sums, counts)
+    in_bands(
+        partial(_row_sums, np.ascontiguousarray(coverage), np.ascontiguousarray(labels), sums, counts), len(coverage)
+    )
     total, count = sums.sum(axis=0).astype(np.float64), counts.sum(axis=0).astype(np.float64)
     return total / np.maximum(count, 1.0)[..., None] / 255.0, count.sum(axis=0) / max(count.sum(), 1.0)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _row_sums(
-    coverage: NDArray[np.uint8], labels: NDArray[np.uint8], sums: NDArray[np.int64], counts: NDArray[np.int64]
+    coverage: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    sums: NDArray[np.int64],
+    counts: NDArray[np.int64],
+    first: int,
+    stop: int,
 ) -> None:
-    height, width, of_coverage, colorants = coverage.shape
+    _, width, of_coverage, colorants = coverage.shape
     of_labels = labels.shape[2]
-    for row in prange(height):
+    for row in range(first, stop):
         for column in range(width):
             for j in range(sums.shape[1]):
                 label = labels[row, column, j % of_labels]

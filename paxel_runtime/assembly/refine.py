@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from paxel_runtime.assembly.refine_kernels import (
     horizontal_blur,
     vertical_blur,
 )
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.prediction import PredictionModel
 
@@ -125,9 +127,12 @@ def refine(
     light, w = np.empty_like(target), np.zeros_like(target)
     for length in (*steps, 0.0):
         # the first pass gathers the light of `dither`, as w is 0; the last one's light is not looked at
-        correct(p, inside, coverage, own.on_colorants, own.on_second, own.block_px, step, w, rows)
+        correct_rows = partial(
+            correct, p, inside, coverage, own.on_colorants, own.on_second, own.block_px, step, w, rows
+        )
+        in_bands(correct_rows, len(w))
         if length:
-            gather_rows(rows, step, light)
+            in_bands(partial(gather_rows, rows, step, light), len(light))
             w = (_blur(target - light, weights) * scale) @ (np.float32(length) * Q.T)
     return p
 
@@ -170,12 +175,16 @@ def _gather(
     height, width = inside.shape
     rows, columns = -(-height // step), -(-width // step)
     sums, counts = np.empty((rows, columns, x.shape[2]), np.float32), np.empty((rows, columns), np.float32)
-    for first in range(0, rows, _BAND_CELLS):
-        cells = slice(first, min(first + _BAND_CELLS, rows))
-        pixels = slice(max(0, (first - 1) * step), (cells.stop + 1) * step)
-        x_band = np.ascontiguousarray(x[pixels], np.float32)
-        size = (height, rows, step)
-        gather_inputs(x_band, inside[pixels], pixels.start, first, size, sums[cells], counts[cells])
+
+    def work(start: int, stop: int) -> None:
+        for first in range(start, stop, _BAND_CELLS):
+            cells = slice(first, min(first + _BAND_CELLS, stop))
+            pixels = slice(max(0, (first - 1) * step), (cells.stop + 1) * step)
+            x_band = np.ascontiguousarray(x[pixels], np.float32)
+            size = (height, rows, step)
+            gather_inputs(x_band, inside[pixels], pixels.start, first, size, sums[cells], counts[cells])
+
+    in_bands(work, rows)
     return sums, counts
 
 
@@ -217,6 +226,6 @@ def _blur_weights(sigma_px: float, step: int) -> NDArray[np.float32]:
 
 def _blur(planes: NDArray[np.float32], weights: NDArray[np.float32]) -> NDArray[np.float32]:
     across, both = np.empty_like(planes), np.empty_like(planes)
-    horizontal_blur(planes, weights, across)
-    vertical_blur(across, weights, both)
+    in_bands(lambda first, stop: horizontal_blur(planes[first:stop], weights, across[first:stop]), len(planes))
+    in_bands(partial(vertical_blur, across, weights, both), len(planes))
     return both

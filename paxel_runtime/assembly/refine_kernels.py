@@ -9,15 +9,17 @@ frequencies pass for low ones. A *block* is a square of pixels that share one re
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
+
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["correct", "gather_inputs", "gather_rows", "horizontal_blur", "vertical_blur"]
 
 _FAST = {"contract", "reassoc", "nsz"}
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _between(place: int, step: int, cells: int) -> tuple[int, int, np.float32]:
     """The two cells that a pixel lies between, and the weight of the second (linear interpolation)."""
     t = (place + 0.5) / step - 0.5
@@ -26,7 +28,7 @@ def _between(place: int, step: int, cells: int) -> tuple[int, int, np.float32]:
     return min(max(first, 0), cells - 1), min(max(first + 1, 0), cells - 1), weight
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def gather_inputs(
     x: NDArray[np.float32],
     inside: NDArray[np.bool_],
@@ -53,7 +55,7 @@ def gather_inputs(
     height, cells_y, step = size
     width, n = inside.shape[1], x.shape[2]
     cells_x = sums.shape[1]
-    for i in prange(sums.shape[0]):
+    for i in range(sums.shape[0]):
         sums[i] = 0.0
         counts[i] = 0.0
         own = first_cell + i
@@ -73,7 +75,7 @@ def gather_inputs(
                         sums[i, right, k] += s * light
 
 
-@njit(cache=True, parallel=True, error_model="numpy", fastmath=_FAST)
+@njit(**KERNEL, fastmath=_FAST)
 def correct(
     p: NDArray[np.float32],
     inside: NDArray[np.bool_],
@@ -84,8 +86,12 @@ def correct(
     step: int,
     wanted: NDArray[np.float32],
     light: NDArray[np.float32],
+    first: int,
+    stop: int,
 ) -> None:
     """One round: p <- clip(p + A(a)^T w), w interpolated from the coarse raster, then the light A(a) p along each row.
+
+    In the pixels of rows `first` to `stop` of the coarse raster.
 
     Parameters
     ----------
@@ -111,7 +117,7 @@ def correct(
     per_channel = 1 if coverage.shape[2] > 1 else 0
     colorants = coverage.shape[3]
     cells_y, cells_x = wanted.shape[:2]
-    for i in prange(cells_y):
+    for i in range(first, stop):
         w, own, share = np.empty(6, np.float32), np.empty(6, np.float32), np.empty(colorants, np.float32)
         total = np.empty(6, np.float32)
         for row in range(i * step, min(i * step + step, height)):
@@ -149,11 +155,11 @@ def correct(
                     light[row, right, k] += s * total[k]
 
 
-@njit(cache=True, parallel=True, error_model="numpy", fastmath=_FAST)
-def gather_rows(rows: NDArray[np.float32], step: int, cells: NDArray[np.float32]) -> None:
-    """Rows of light (H, w, c) into rows of cells (h, w, c), each shared by the two that it lies between."""
+@njit(**KERNEL, fastmath=_FAST)
+def gather_rows(rows: NDArray[np.float32], step: int, cells: NDArray[np.float32], first: int, stop: int) -> None:
+    """Rows of light (H, w, c) into rows `first` to `stop` of cells (h, w, c), each shared by the two around it."""
     height, cells_y = rows.shape[0], cells.shape[0]
-    for i in prange(cells_y):
+    for i in range(first, stop):
         out = cells[i].reshape(-1)
         out[:] = 0.0
         for row in range(max(i * step - step, 0), min(i * step + 2 * step, height)):
@@ -164,12 +170,12 @@ def gather_rows(rows: NDArray[np.float32], step: int, cells: NDArray[np.float32]
                 out[k] += weight * line[k]
 
 
-@njit(cache=True, parallel=True, error_model="numpy", fastmath=_FAST)
+@njit(**KERNEL, fastmath=_FAST)
 def horizontal_blur(source: NDArray[np.float32], weights: NDArray[np.float32], result: NDArray[np.float32]) -> None:
     """Blur each row of (h, w, c) along w; beyond the raster is nothing."""
     height, width, planes = source.shape
     reach = len(weights) // 2
-    for row in prange(height):
+    for row in range(height):
         line = np.zeros((width + 2 * reach) * planes, np.float32)
         line[reach * planes : (reach + width) * planes] = source[row].reshape(-1)
         out = result[row].reshape(-1)
@@ -180,12 +186,14 @@ def horizontal_blur(source: NDArray[np.float32], weights: NDArray[np.float32], r
                 out[c] += weight * line[c + k * planes]
 
 
-@njit(cache=True, parallel=True, error_model="numpy", fastmath=_FAST)
-def vertical_blur(source: NDArray[np.float32], weights: NDArray[np.float32], result: NDArray[np.float32]) -> None:
-    """Blur each column of (h, w, c) along h; beyond the raster is nothing."""
+@njit(**KERNEL, fastmath=_FAST)
+def vertical_blur(
+    source: NDArray[np.float32], weights: NDArray[np.float32], result: NDArray[np.float32], first: int, stop: int
+) -> None:
+    """Blur each column of (h, w, c) along h, in rows `first` to `stop`; beyond the raster is nothing."""
     height = source.shape[0]
     reach = len(weights) // 2
-    for row in prange(height):
+    for row in range(first, stop):
         out = result[row].reshape(-1)
         out[:] = 0.0
         for k in range(max(0, reach - row), min(len(weights), height + reach - row)):

@@ -8,13 +8,16 @@ aberration lays their pixels apart. Pure functions on arrays.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["DIFFERENT_PX", "channels_differ", "coverage_from_nodal", "pack_coverage"]
 
@@ -85,8 +88,8 @@ def coverage_from_nodal(
     packed = np.zeros((*labels.shape, nodal.shape[2] if by_channel else 1, colorants), np.uint8)
     nearest = np.full(labels.shape, _OUTSIDE, np.uint8)
     signals = np.ascontiguousarray(nodal, np.float32)
-    _nearest_solid(signals, known, solids, nearest)
-    _mixtures(signals, nearest, solids, by_channel, packed)
+    in_bands(partial(_nearest_solid, signals, known, solids, nearest), len(nearest))
+    in_bands(partial(_mixtures, signals, nearest, solids, by_channel, packed), len(packed))
     return packed
 
 
@@ -104,12 +107,17 @@ def _solid_signals(nodal: NDArray[np.float32], labels: NDArray[np.uint8], colora
     return solids
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _nearest_solid(
-    nodal: NDArray[np.float32], known: NDArray[np.bool_], solids: NDArray[np.float32], nearest: NDArray[np.uint8]
+    nodal: NDArray[np.float32],
+    known: NDArray[np.bool_],
+    solids: NDArray[np.float32],
+    nearest: NDArray[np.uint8],
+    first: int,
+    stop: int,
 ) -> None:
-    height, width, channels = nodal.shape
-    for row in prange(height):
+    _, width, channels = nodal.shape
+    for row in range(first, stop):
         for column in range(width):
             if not known[row, column]:
                 continue
@@ -123,17 +131,19 @@ def _nearest_solid(
                     nearest[row, column] = m
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _mixtures(
     nodal: NDArray[np.float32],
     nearest: NDArray[np.uint8],
     solids: NDArray[np.float32],
     by_channel: bool,
     packed: NDArray[np.uint8],
+    first: int,
+    stop: int,
 ) -> None:
     height, width, channels = nodal.shape
     M = solids.shape[0]
-    for row in prange(height):
+    for row in range(first, stop):
         near = np.empty(M, np.bool_)
         for column in range(width):
             if nearest[row, column] >= M:

@@ -63,7 +63,9 @@ def cluster_colors(names: Sequence[str]) -> NDArray[np.uint8]:
         edges = iter(np.resize(_EDGE_COLORS, (len(names), 3)))
         return np.array([_FIG_3_COLORS[p[0]] if len(p) == 1 else next(edges) for p in parents], np.uint8)
     spare = iter(np.resize(_EDGE_COLORS, (len(names), 3)))
-    own = {name: np.array(_COLORANT_COLORS.get(name) or next(spare), np.float64) for name in colorants}
+    own = {
+        name: np.array(_COLORANT_COLORS.get(name.removeprefix("uv-")) or next(spare), np.float64) for name in colorants
+    }
     return np.array([np.mean([own[name] for name in p], axis=0) for p in parents]).astype(np.uint8)
 
 

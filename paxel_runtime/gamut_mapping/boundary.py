@@ -9,14 +9,17 @@ Hue is counted by a *diamond angle*, which rises with the hue angle from 0 to 4 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
 from paxel_runtime.model.subgamut import PairGamut, SubGamut
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = [
     "TOLERANCE",
@@ -104,8 +107,7 @@ def boundary_of_pairs(
         Over lightness and diamond angle, both ends included.
     """
     hues = table_shape(len(pairs.offsets))[1]
-    columns = np.vstack([pairs.normals.T, pairs.offsets])
-    return _boundary(columns, pairs.white_point, L_own, L_other, _turned(chroma_scale, turn_deg), hues)
+    return _boundary(_pair_columns(pairs), pairs.white_point, L_own, L_other, _turned(chroma_scale, turn_deg), hues)
 
 
 def pair_exits(
@@ -117,8 +119,15 @@ def pair_exits(
     hues: int,
 ) -> NDArray[np.float64]:
     """The same at any pairs of lightness, exact at its nodes, (n, hues + 1); `hues` is a multiple of 4."""
-    columns = np.vstack([pairs.normals.T, pairs.offsets])
-    return _exits(columns, pairs.white_point, L_own, L_other, _turned(chroma_scale, turn_deg), _directions(hues))
+    partner = _turned(chroma_scale, turn_deg)
+    return _exits(_pair_columns(pairs), pairs.white_point, L_own, L_other, partner, _directions(hues))
+
+
+def _pair_columns(pairs: PairGamut) -> NDArray[np.float64]:
+    """A joint gamut's half-spaces in the layout of `sub_gamut_columns`."""
+    columns = np.empty((7, len(pairs.offsets)))
+    columns[:6], columns[6] = pairs.normals.T, pairs.offsets
+    return columns
 
 
 def _turned(chroma_scale: float, turn_deg: float) -> NDArray[np.float64]:
@@ -145,11 +154,27 @@ def _boundary(
 ) -> NDArray[np.float32]:
     """Exits at the nodes, each lowered by what the four cells about it ask for."""
     exits = _exits(columns, white, L_own, L_other, partner, _directions(hues))
-    shares = np.clip(_shares_inside(columns, white, L_own, L_other, partner, exits), 0.0, 1.0)
+    shares = np.ones((len(L_own) - 1, hues))
+    in_bands(partial(_lower_shares, columns, white, L_own, L_other, partner, exits, shares), len(shares))
+    shares = np.clip(shares, 0.0, 1.0)
     shares = np.concatenate([shares[:, -1:], shares, shares[:, :1]], axis=1)
     shares = np.minimum(shares[:, :-1], shares[:, 1:])
     shares = np.concatenate([shares[:1], shares, shares[-1:]])
     return (exits * np.minimum(shares[:-1], shares[1:]) * (1 - _ROUNDING)).astype(np.float32)
+
+
+def _exits(
+    columns: NDArray[np.float64],
+    white: NDArray[np.float64],
+    L_own: NDArray[np.float64],
+    L_other: NDArray[np.float64],
+    partner: NDArray[np.float64],
+    directions: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """`exit_along` each lightness and direction; partner (2, 2) turns and scales a direction."""
+    exits = np.zeros((len(L_own), len(directions)))
+    in_bands(partial(_fill_exits, columns, white, L_own, L_other, partner, directions, exits), len(exits))
+    return exits
 
 
 def _first_exits(sub_gamut: SubGamut, L: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -198,7 +223,7 @@ def _inverse_f(f: float) -> float:
     return f * f * f if f > 6.0 / 29.0 else (116.0 * f - 16.0) * (27.0 / 24389.0)
 
 
-@njit(cache=True, error_model="numpy", fastmath={"nnan", "nsz", "contract", "reassoc"})
+@njit(**CALLED, fastmath={"nnan", "nsz", "contract", "reassoc"})
 def colour_slack(L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]) -> float:
     """Distance in XYZ of a colour to the nearest plane of `sub_gamut_columns`, negative outside."""
     f = (L + 16.0) / 116.0
@@ -209,7 +234,7 @@ def colour_slack(L: float, a: float, b: float, columns: NDArray[np.float64], whi
     return slack
 
 
-@njit(cache=True, error_model="numpy", fastmath={"nnan", "nsz", "contract", "reassoc"})
+@njit(**CALLED, fastmath={"nnan", "nsz", "contract", "reassoc"})
 def _pair_slack(
     L: float,
     a: float,
@@ -233,7 +258,7 @@ def _pair_slack(
     return slack
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def exit_along(
     L_own: float,
     a: float,
@@ -267,41 +292,43 @@ def exit_along(
     return low
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _exits(
+@njit(**KERNEL)
+def _fill_exits(
     columns: NDArray[np.float64],
     white: NDArray[np.float64],
     L_own: NDArray[np.float64],
     L_other: NDArray[np.float64],
     partner: NDArray[np.float64],
     directions: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """`exit_along` each lightness and direction; partner (2, 2) turns and scales a direction."""
-    exits = np.zeros((len(L_own), len(directions)))
-    for i in prange(len(L_own)):
+    exits: NDArray[np.float64],
+    first: int,
+    stop: int,
+) -> None:
+    for i in range(first, stop):
         for j in range(len(directions)):
             a, b = directions[j, 0], directions[j, 1]
             a_other, b_other = partner[0, 0] * a + partner[0, 1] * b, partner[1, 0] * a + partner[1, 1] * b
             exits[i, j] = exit_along(L_own[i], a, b, L_other[i], a_other, b_other, columns, white)
-    return exits
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _shares_inside(
+@njit(**KERNEL)
+def _lower_shares(
     columns: NDArray[np.float64],
     white: NDArray[np.float64],
     L_own: NDArray[np.float64],
     L_other: NDArray[np.float64],
     partner: NDArray[np.float64],
     exits: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    shares: NDArray[np.float64],
+    first: int,
+    stop: int,
+) -> None:
     """By what each cell of a table (n, m + 1) must be multiplied so that what lies between its nodes is inside.
 
     Asked at the middles of the cell and of its edges, where a chord is farthest from its curve.
     """
-    rows, hues = exits.shape[0] - 1, exits.shape[1] - 1
-    shares = np.ones((rows, hues))
-    for i in prange(rows):
+    hues = shares.shape[1]
+    for i in range(first, stop):
         for j in range(hues):
             for k in range(5):
                 u = 0.5 if k < 3 else float(k - 3)
@@ -322,4 +349,3 @@ def _shares_inside(
                     continue
                 inside = exit_along(own, a, b, other, a_other, b_other, columns, white)
                 shares[i, j] = min(shares[i, j], 1.0 - _SAFETY * (1.0 - inside / C))
-    return shares

@@ -8,16 +8,19 @@ colour takes room without letting the other picture in. Knows CIELAB pictures an
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, eye
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.gamut_mapping.pair_fit import Aim, fit_pair
 from paxel_runtime.gamut_mapping.pair_limits import half_planes, relevant_rows
 from paxel_runtime.gamut_mapping.spline_grid import SplineGrid, spline_weights, weighted_rows
 from paxel_runtime.model.subgamut import PairGamut
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["LEAST_CHROMA", "ChromaReturn", "fit_chroma_return"]
 
@@ -55,7 +58,8 @@ class ChromaReturn:
         columns = spline_weights((np.arange(self.grid.width) + 0.5) / self.grid.width, self.grid.cells[1])
         pictures = (np.ascontiguousarray(picture, np.float32) for picture in (Lab_source, Lab_static, L))
         target = np.empty(Lab_static.shape, np.float32)
-        _apply(*pictures, np.array(self.control[..., None], np.float64), *rows, *columns, target)
+        control = np.array(self.control[..., None], np.float64)
+        in_bands(partial(_apply, *pictures, control, *rows, *columns, target), len(target))
         return target
 
 
@@ -114,7 +118,7 @@ def _aim(grid: SplineGrid, sampled: csr_matrix, gain: NDArray[np.float64]) -> Ai
     return Aim(quadratic.tocsr(), weight, sampled, csr_matrix(eye(grid.size)), (-1.0, 1.0), np.zeros(grid.size))
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _apply(
     Lab_source: NDArray[np.float32],
     Lab_static: NDArray[np.float32],
@@ -125,13 +129,15 @@ def _apply(
     column_first: NDArray[np.int64],
     column_weights: NDArray[np.float64],
     target: NDArray[np.float32],
+    first: int,
+    stop: int,
 ) -> None:
-    for row in prange(L.shape[0]):
+    for row in range(first, stop):
         line = weighted_rows(control, row_first[row], row_weights[row])
         _apply_row(Lab_source[row], Lab_static[row], L[row], line, column_first, column_weights, target[row])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _apply_row(
     Lab_source: NDArray[np.float32],
     Lab_static: NDArray[np.float32],

@@ -7,11 +7,15 @@ CIELAB and half-spaces; nothing of pictures.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.model.subgamut import PairGamut
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["half_planes", "nearest_inside", "pair_to_XYZ", "relevant_rows"]
 
@@ -48,7 +52,7 @@ def relevant_rows(pairs: PairGamut, Lab: NDArray[np.float64]) -> PairGamut:
             shifted[:, 3] = np.clip(shifted[:, 3] + reach * np.sin(angle), 0, 100)
             moved.append(shifted)
     nearest = np.empty(len(moved) * len(probes), np.int64)
-    _nearest_rows(np.concatenate(moved), *_arrays(pairs), nearest)
+    in_bands(partial(_nearest_rows, np.concatenate(moved), *_arrays(pairs), nearest), len(nearest))
     kept = np.unique(nearest)
     return PairGamut(pairs.normals[kept], pairs.offsets[kept], pairs.white_point)
 
@@ -86,21 +90,22 @@ def half_planes(
     offsets : (n, 8) float64 array
     """
     normals, offsets = np.zeros((len(Lab), _PLANES, 2)), np.full((len(Lab), _PLANES), _FAR)
-    _half_planes(*(np.ascontiguousarray(a) for a in (Lab, direction, at)), *_arrays(pairs), normals, offsets)
+    points = (np.ascontiguousarray(a) for a in (Lab, direction, at))
+    in_bands(partial(_half_planes, *points, *_arrays(pairs), normals, offsets), len(Lab))
     return normals, offsets - margin
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _inverse_f(f: float) -> float:
     return f * f * f if f > 6.0 / 29.0 else (116.0 * f - 16.0) * (27.0 / 24389.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _slope_of_inverse_f(f: float) -> float:
     return 3.0 * f * f if f > 6.0 / 29.0 else 116.0 * 27.0 / 24389.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def pair_to_XYZ(Lab: NDArray[np.float64], white: NDArray[np.float64], XYZ: NDArray[np.float64]) -> None:
     """XYZ (6,) of a pair's Lab (6,), into `XYZ`."""
     for s in range(0, 6, 3):
@@ -110,7 +115,7 @@ def pair_to_XYZ(Lab: NDArray[np.float64], white: NDArray[np.float64], XYZ: NDArr
         XYZ[s + 2] = white[2] * _inverse_f(f - Lab[s + 2] / 200.0)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _pair_derivative(
     Lab: NDArray[np.float64], step: NDArray[np.float64], white: NDArray[np.float64], dXYZ: NDArray[np.float64]
 ) -> None:
@@ -121,7 +126,7 @@ def _pair_derivative(
         dXYZ[s + 2] = white[2] * _slope_of_inverse_f(f - Lab[s + 2] / 200.0) * (df - step[s + 2] / 200.0)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _half_planes(
     Lab: NDArray[np.float64],
     direction: NDArray[np.float64],
@@ -131,12 +136,14 @@ def _half_planes(
     white: NDArray[np.float64],
     normals: NDArray[np.float64],
     offsets: NDArray[np.float64],
+    first: int,
+    stop: int,
 ) -> None:
-    for i in prange(len(Lab)):
+    for i in range(first, stop):
         _planes_of_pair(Lab[i], direction[i], at[i], rows, row_offsets, white, normals[i], offsets[i])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _planes_of_pair(
     Lab: NDArray[np.float64],
     direction: NDArray[np.float64],
@@ -167,19 +174,21 @@ def _planes_of_pair(
         offsets[k] += normals[k, 0] * at[0] + normals[k, 1] * at[1]
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _nearest_rows(
     Lab: NDArray[np.float64],
     rows: NDArray[np.float64],
     row_offsets: NDArray[np.float64],
     white: NDArray[np.float64],
     nearest: NDArray[np.int64],
+    first: int,
+    stop: int,
 ) -> None:
-    for i in prange(len(Lab)):
+    for i in range(first, stop):
         nearest[i] = _nearest_row(Lab[i], rows, row_offsets, white)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _nearest_row(
     Lab: NDArray[np.float64], rows: NDArray[np.float64], row_offsets: NDArray[np.float64], white: NDArray[np.float64]
 ) -> int:
@@ -206,22 +215,24 @@ def nearest_inside(
     The nearest point of a convex polygon lies on one edge or on a corner of two; all are tried.
     """
     nearest = np.array(otherwise, np.float64)
-    _nearest_inside(np.ascontiguousarray(points), normals, offsets, nearest)
+    in_bands(partial(_nearest_inside, np.ascontiguousarray(points), normals, offsets, nearest), len(points))
     return nearest
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _nearest_inside(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
     offsets: NDArray[np.float64],
     nearest: NDArray[np.float64],
+    first: int,
+    stop: int,
 ) -> None:
-    for i in prange(len(points)):
+    for i in range(first, stop):
         _nearest_point(points[i, 0], points[i, 1], normals[i], offsets[i], nearest[i])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _nearest_point(
     x: float, y: float, normals: NDArray[np.float64], offsets: NDArray[np.float64], nearest: NDArray[np.float64]
 ) -> None:
@@ -250,7 +261,7 @@ def _nearest_point(
                 best, nearest[0], nearest[1] = distance, px, py
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _worst(x: float, y: float, normals: NDArray[np.float64], offsets: NDArray[np.float64]) -> float:
     """How far a point lies beyond the plane it breaks most; negative inside."""
     worst = -_FAR

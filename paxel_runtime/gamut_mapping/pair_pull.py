@@ -5,14 +5,18 @@ Knows CIELAB pictures and half-spaces; nothing of how the pairs came about.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import GamutError
 from paxel_runtime.gamut_mapping.pair_limits import pair_to_XYZ
 from paxel_runtime.model.subgamut import PairGamut
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["deepest_grays", "pull_inside"]
 
@@ -60,16 +64,17 @@ def pull_inside(
     """
     rows, offsets, white = (np.array(a, np.float64) for a in (pairs.normals, pairs.offsets, pairs.white_point))
     moved = np.zeros(Lab_pattern.shape[:2], np.bool_)
-    _pull(Lab_pattern, Lab_white, rows, offsets, white, anchor, moved)
+    pull = partial(_pull, Lab_pattern, Lab_white, rows, offsets, white, anchor, moved)
+    in_bands(pull, -(-len(moved) // _TILE))
     return moved
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _f(share: float) -> float:
     return share**_ONE_THIRD if share > 216.0 / 24389.0 else (24389.0 / 27.0 * share + 16.0) / 116.0
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _pull(
     Lab_pattern: NDArray[np.float32],
     Lab_white: NDArray[np.float32],
@@ -78,14 +83,16 @@ def _pull(
     white: NDArray[np.float64],
     anchor: NDArray[np.float64],
     moved: NDArray[np.bool_],
+    first: int,
+    stop: int,
 ) -> None:
-    for band in prange((moved.shape[0] + _TILE - 1) // _TILE):
+    for band in range(first, stop):
         top = band * _TILE
         bottom = min(top + _TILE, moved.shape[0])
         _pull_band(Lab_pattern[top:bottom], Lab_white[top:bottom], rows, row_offsets, white, anchor, moved[top:bottom])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _pull_band(
     Lab_pattern: NDArray[np.float32],
     Lab_white: NDArray[np.float32],
@@ -123,26 +130,24 @@ def _pull_band(
             continue
         for i in range(tall):
             for j in range(wide):
-                share = _share_inside(XYZ[i, j], near, count, rows, row_offsets, anchor)
+                share = _share_inside(XYZ[i, j], near[:count], rows, row_offsets, anchor)
                 if share < 1.0:
                     moved[i, left + j] = True
                     _store(Lab_pattern[i, left + j], XYZ[i, j], 0, share, anchor, white)
                     _store(Lab_white[i, left + j], XYZ[i, j], 3, share, anchor, white)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _share_inside(
     XYZ: NDArray[np.float64],
     near: NDArray[np.int64],
-    count: int,
     rows: NDArray[np.float64],
     row_offsets: NDArray[np.float64],
     anchor: NDArray[np.float64],
 ) -> float:
     """How much of the way from the anchor to a pair lies inside; 1 where the pair does."""
     share = 1.0
-    for q in range(count):
-        r = near[q]
+    for r in near:
         slack = row_offsets[r]
         for c in range(6):
             slack -= rows[r, c] * XYZ[c]
@@ -154,7 +159,7 @@ def _share_inside(
     return share
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _store(
     Lab: NDArray[np.float32],
     XYZ: NDArray[np.float64],

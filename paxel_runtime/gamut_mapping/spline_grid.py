@@ -15,6 +15,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags, eye, kron
 
+from paxel_runtime.numba_options import CALLED
+
 __all__ = ["SplineGrid", "spline_grid", "spline_weights"]
 
 _SPACING_DEG = 0.4
@@ -117,7 +119,7 @@ def spline_weights(share: NDArray[np.floating], cells: int) -> tuple[NDArray[np.
     return first, np.stack([0.5 * (1 - t) ** 2, 0.5 + t - t * t, 0.5 * t * t], axis=-1)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def weighted_rows(control: NDArray[np.float64], first: int, weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Control values (rows, columns, m) of three rows, weighted: what one raster row needs, (columns, m)."""
     table = np.empty((control.shape[1], control.shape[2]))
@@ -131,7 +133,7 @@ def weighted_rows(control: NDArray[np.float64], first: int, weights: NDArray[np.
     return table
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def spline_value(share: float, table: NDArray[np.float64], first: int, weights: NDArray[np.float64]) -> float:
     """Value from a raster row's table (columns, bins + 2), three columns of it weighted, at a share of the bins."""
     bins = table.shape[1] - 2

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
 from paxel_runtime.gamut_mapping.boundary import (
     TOLERANCE,
@@ -26,6 +27,7 @@ from paxel_runtime.gamut_mapping.boundary import (
 from paxel_runtime.gamut_mapping.options import MappingOptions, lightness_from
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.subgamut import SubGamut
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["Mapped", "compress", "map_to_subgamut", "mapping_figures"]
 
@@ -178,10 +180,18 @@ def compress(
         For each row the number of pixels moved, inside before, and not finite.
     """
     columns = np.zeros((7, 0)) if half_spaces is None else half_spaces
-    return _compress_pixels(Lab, boundary, np.array(L_from), np.array(L_to), knee, columns, white_point)
+    mapped, counts = np.empty_like(Lab), np.zeros((len(Lab), 3), np.int64)
+    ends = np.array(L_from, np.float64), np.array(L_to, np.float64)
+    in_bands(
+        lambda first, stop: _compress_pixels(
+            Lab[first:stop], boundary, *ends, knee, columns, white_point, mapped[first:stop], counts[first:stop]
+        ),
+        len(Lab),
+    )
+    return mapped, counts
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _compress_pixels(
     Lab: NDArray[np.float32],
     boundary: NDArray[np.float32],
@@ -190,12 +200,12 @@ def _compress_pixels(
     knee: float,
     columns: NDArray[np.float64],
     white: NDArray[np.float64],
-) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    mapped: NDArray[np.float32],
+    counts: NDArray[np.int64],
+) -> None:
     height, width = Lab.shape[0], Lab.shape[1]
-    mapped = np.empty_like(Lab)
-    counts = np.zeros((height, 3), np.int64)
     slope = 1.0 / (L_from[1] - L_from[0])
-    for row in prange(height):
+    for row in range(height):
         moved, before, broken = 0, 0, 0
         for column in range(width):
             a, b = np.float64(Lab[row, column, 1]), np.float64(Lab[row, column, 2])
@@ -220,4 +230,3 @@ def _compress_pixels(
             moved += (1.0 - scale) * C > 0.1
             before += limit >= C
         counts[row, 0], counts[row, 1], counts[row, 2] = moved, before, broken
-    return mapped, counts

@@ -7,14 +7,17 @@ frame, so no detail of another picture can get in. Knows lightness; nothing of g
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import InputError
 from paxel_runtime.gamut_mapping.spline_grid import SplineGrid, spline_value, spline_weights, weighted_rows
+from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["ToneCurves", "linear_curves"]
 
@@ -70,7 +73,8 @@ class ToneCurves:
         # One layout and one type of each argument: the kernel is compiled once.
         source, control = np.ascontiguousarray(L, np.float32), np.array(self.control, np.float64)
         mapped = np.empty(L.shape, np.float32)
-        _apply(source, control, *rows, *columns, float(self.L_from[0]), float(self.L_from[1]), mapped)
+        low, high = float(self.L_from[0]), float(self.L_from[1])
+        in_bands(partial(_apply, source, control, *rows, *columns, low, high, mapped), len(mapped))
         return mapped
 
 
@@ -81,7 +85,7 @@ def linear_curves(grid: SplineGrid, L_from: tuple[float, float], L_to: tuple[flo
     return ToneCurves(grid, np.broadcast_to(line, grid.shape).copy(), L_from)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _apply(
     L: NDArray[np.float32],
     control: NDArray[np.float64],
@@ -92,13 +96,15 @@ def _apply(
     low: float,
     high: float,
     mapped: NDArray[np.float32],
+    first: int,
+    stop: int,
 ) -> None:
-    for row in prange(L.shape[0]):
+    for row in range(first, stop):
         table = weighted_rows(control, row_first[row], row_weights[row])
         _apply_row(L[row], table, column_first, column_weights, low, 1.0 / (high - low), mapped[row])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**CALLED)
 def _apply_row(
     L: NDArray[np.float32],
     table: NDArray[np.float64],

@@ -47,7 +47,7 @@ from paxel_runtime.inversion.lanes import (
 )
 from paxel_runtime.numba_options import INLINED, KERNEL
 
-__all__ = ["DONE", "NU", "REG", "RES", "ROWS", "S_FIRST", "S_REST", "Z", "qp_steps"]
+__all__ = ["DONE", "MATRIX", "NU", "REG", "RES", "ROWS", "S_FIRST", "S_REST", "Z", "qp_steps"]
 
 # Rows of the workspace, in multiples of LANES. Of 6 rows, the first 3 belong to the pattern, the others to the white
 # surface: what is at row r of the one is at row r + 3 of the other.
@@ -58,7 +58,7 @@ S_REST = 18 * LANES  # 6: 11 12 22 of each surface
 RES = 24 * LANES  # 6: R(nu), out
 REG = 30 * LANES  # 1: 1/2 |x - 1/2|^2, out
 DONE = 31 * LANES  # 1: 1.0 where |R| is down to rounding, out
-_M = 32 * LANES  # 21: Newton's matrix: 6 of the first block, 9 of the coupling, 6 of the second block
+MATRIX = 32 * LANES  # 21: Newton's matrix: 6 of the first block, 9 of the coupling, 6 of the second block
 _D = 53 * LANES  # 6: direction
 _T, _H, _SLOPE, _NEXT, _CURVE = 59 * LANES, 60 * LANES, 61 * LANES, 62 * LANES, 63 * LANES  # line search
 ROWS = 64
@@ -116,29 +116,29 @@ def _add_free_input(w: Floats, u: Floats, j: int, lane: int, a: Vec6, surfaces: 
     t = u[j * LANES + lane]
     f = 1.0 if t == clip(t) else 0.0
     f0, f1, f2 = f * a[0], f * a[1], f * a[2]
-    w[_M + lane] += f0 * a[0]
-    w[_M + LANES + lane] += f0 * a[1]
-    w[_M + 2 * LANES + lane] += f0 * a[2]
-    w[_M + 3 * LANES + lane] += f1 * a[1]
-    w[_M + 4 * LANES + lane] += f1 * a[2]
-    w[_M + 5 * LANES + lane] += f2 * a[2]
+    w[MATRIX + lane] += f0 * a[0]
+    w[MATRIX + LANES + lane] += f0 * a[1]
+    w[MATRIX + 2 * LANES + lane] += f0 * a[2]
+    w[MATRIX + 3 * LANES + lane] += f1 * a[1]
+    w[MATRIX + 4 * LANES + lane] += f1 * a[2]
+    w[MATRIX + 5 * LANES + lane] += f2 * a[2]
     if len(surfaces) == 2:
         f3, f4, f5 = f * a[3], f * a[4], f * a[5]
-        w[_M + 6 * LANES + lane] += f0 * a[3]
-        w[_M + 7 * LANES + lane] += f0 * a[4]
-        w[_M + 8 * LANES + lane] += f0 * a[5]
-        w[_M + 9 * LANES + lane] += f1 * a[3]
-        w[_M + 10 * LANES + lane] += f1 * a[4]
-        w[_M + 11 * LANES + lane] += f1 * a[5]
-        w[_M + 12 * LANES + lane] += f2 * a[3]
-        w[_M + 13 * LANES + lane] += f2 * a[4]
-        w[_M + 14 * LANES + lane] += f2 * a[5]
-        w[_M + 15 * LANES + lane] += f3 * a[3]
-        w[_M + 16 * LANES + lane] += f3 * a[4]
-        w[_M + 17 * LANES + lane] += f3 * a[5]
-        w[_M + 18 * LANES + lane] += f4 * a[4]
-        w[_M + 19 * LANES + lane] += f4 * a[5]
-        w[_M + 20 * LANES + lane] += f5 * a[5]
+        w[MATRIX + 6 * LANES + lane] += f0 * a[3]
+        w[MATRIX + 7 * LANES + lane] += f0 * a[4]
+        w[MATRIX + 8 * LANES + lane] += f0 * a[5]
+        w[MATRIX + 9 * LANES + lane] += f1 * a[3]
+        w[MATRIX + 10 * LANES + lane] += f1 * a[4]
+        w[MATRIX + 11 * LANES + lane] += f1 * a[5]
+        w[MATRIX + 12 * LANES + lane] += f2 * a[3]
+        w[MATRIX + 13 * LANES + lane] += f2 * a[4]
+        w[MATRIX + 14 * LANES + lane] += f2 * a[5]
+        w[MATRIX + 15 * LANES + lane] += f3 * a[3]
+        w[MATRIX + 16 * LANES + lane] += f3 * a[4]
+        w[MATRIX + 17 * LANES + lane] += f3 * a[5]
+        w[MATRIX + 18 * LANES + lane] += f4 * a[4]
+        w[MATRIX + 19 * LANES + lane] += f4 * a[5]
+        w[MATRIX + 20 * LANES + lane] += f5 * a[5]
 
 
 @njit(**INLINED)
@@ -146,14 +146,14 @@ def _matrix(w: Floats, u: Floats, AT: Floats, surfaces: Surfaces) -> None:
     """Newton's matrix S + A_F A_F^T."""
     for lane in range(LANES):
         for i in range(3):
-            w[_M + i * LANES + lane] = w[S_FIRST + i * LANES + lane]
-            w[_M + (3 + i) * LANES + lane] = w[S_REST + i * LANES + lane]
+            w[MATRIX + i * LANES + lane] = w[S_FIRST + i * LANES + lane]
+            w[MATRIX + (3 + i) * LANES + lane] = w[S_REST + i * LANES + lane]
         if len(surfaces) == 2:
             for i in range(3):
-                w[_M + (15 + i) * LANES + lane] = w[S_FIRST + (3 + i) * LANES + lane]
-                w[_M + (18 + i) * LANES + lane] = w[S_REST + (3 + i) * LANES + lane]
+                w[MATRIX + (15 + i) * LANES + lane] = w[S_FIRST + (3 + i) * LANES + lane]
+                w[MATRIX + (18 + i) * LANES + lane] = w[S_REST + (3 + i) * LANES + lane]
             for i in range(6, 15):
-                w[_M + i * LANES + lane] = 0.0
+                w[MATRIX + i * LANES + lane] = 0.0
     for j in range(AT.shape[0]):
         if AT.ndim == 2:
             a = column(AT, j, 0)
@@ -205,13 +205,13 @@ def _count_done(w: Floats, tolerance: float, bound: float, surfaces: Surfaces) -
 def _direction(w: Floats, surfaces: Surfaces) -> None:
     """Newton's direction, zero in lanes that are done."""
     for lane in range(LANES):
-        P = factor(sym3(w, _M + lane, _M + 3 * LANES + lane))
+        P = factor(sym3(w, MATRIX + lane, MATRIX + 3 * LANES + lane))
         moving = 1.0 - w[DONE + lane]
         e = solve3(P, vec3(w, RES + lane))
         if len(surfaces) == 2:  # by blocks, (P Q; Q^T T) d = R with the Schur complement of P
-            q0, q1 = vec3(w, _M + 6 * LANES + lane), vec3(w, _M + 9 * LANES + lane)
-            q2 = vec3(w, _M + 12 * LANES + lane)
-            T = sym3(w, _M + 15 * LANES + lane, _M + 18 * LANES + lane)
+            q0, q1 = vec3(w, MATRIX + 6 * LANES + lane), vec3(w, MATRIX + 9 * LANES + lane)
+            q2 = vec3(w, MATRIX + 12 * LANES + lane)
+            T = sym3(w, MATRIX + 15 * LANES + lane, MATRIX + 18 * LANES + lane)
             c0, c1, c2 = (q0[0], q1[0], q2[0]), (q0[1], q1[1], q2[1]), (q0[2], q1[2], q2[2])  # columns of Q
             e0, e1, e2 = solve3(P, c0), solve3(P, c1), solve3(P, c2)
             schur = factor(

@@ -41,7 +41,7 @@ _KERNEL: dict[str, Any] = {**KERNEL, "fastmath": {"contract"}}
 
 _IN_BOX = 1e-9  # an input may leave 0..1 by rounding of the linear solve
 _COMPLIANCE = 1e-11  # of an exact solution: |A x - z| = compliance * multipliers, below 1e-8 where z can be reached
-_STEPS = 40  # of the quadratic programme; it takes less than ten
+_STEPS = np.int64(40)  # of the quadratic programme; it takes less than ten; no literal: `qp_steps` is compiled once
 _OUTSIDE = EVALUATION_ROWS * LANES  # 1: largest |x - 1/2| before it is clipped
 
 

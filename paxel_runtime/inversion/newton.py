@@ -43,6 +43,7 @@ from paxel_runtime.inversion.local_model import (
     expand,
     move_to_trial,
 )
+from paxel_runtime.inversion.three_inputs import solve_three_inputs
 from paxel_runtime.numba_options import INLINED, KERNEL
 
 __all__ = ["CAPPED", "OPTIMUM", "newton"]
@@ -54,8 +55,8 @@ OPTIMUM, CAPPED = 1, 2
 _KERNEL: dict[str, Any] = {**KERNEL, "fastmath": {"contract"}}
 
 _DELTA = 2e-4  # the regulariser is delta / 2 |x - 1/2|^2, in dE00^2
-_CONVERGED = 1e-4  # decrease the last step promises, in dE00^2; convergence is quadratic: 1e-9 is left after it
-_QP_STEPS = 2  # in a round; a lane that needs more goes on in the next
+_CONVERGED = 3e-3  # decrease the last step promises, in dE00^2; convergence is quadratic: 2e-4 at most was left
+_QP_STEPS = np.int64(2)  # in a round; a lane that needs more goes on in the next; a literal would be its own type
 _ROUNDS = 150  # of a pixel, then it is capped
 
 # Rows of `newton`'s workspace, after those of the QP and of the local model
@@ -202,14 +203,14 @@ def newton(
     x : (m, n) array
         Out.
     value : (m,) array
-        Out: weighted dE^2 before the last step, at most 1e-4 above that of x.
+        Out: weighted dE^2 of x, as the last step's local model has it.
     status : (m,) uint8 array
         Out: OPTIMUM, or CAPPED where the bound of rounds was met.
     """
     w = np.zeros(_SIZE)
     second = w[3 * LANES :]  # the workspace as the second surface sees it
     columns = lane_columns(AT)
-    u = np.empty(x.shape[1] * LANES)
+    u = np.full(x.shape[1] * LANES, 0.5)
     v = np.empty(x.shape[1] * LANES)
     # what a surface that is not there contributes: S = 1 and z = 0, so its multipliers stay 0
     set_compliance(w, 1.0)
@@ -231,7 +232,10 @@ def newton(
         aim_qp(w, _DELTA)
         if len(surfaces) == 2:
             aim_qp(second, _DELTA)
-        qp_steps(w, u, v, columns, surfaces, 1e-10, 1e300, _QP_STEPS)
+        if len(surfaces) == 1 and AT.ndim == 2 and AT.shape[0] == 3:
+            solve_three_inputs(w, u, AT)
+        else:
+            qp_steps(w, u, v, columns, surfaces, 1e-10, 1e300, _QP_STEPS)
         move_to_trial(w)
         if len(surfaces) == 2:
             move_to_trial(second)
@@ -247,8 +251,11 @@ def newton(
                 _write_best(w, lane, columns, surfaces, x, p)
             status[p] = OPTIMUM if arrived else CAPPED
             value[p] = w[VALUE + lane] + w[VALUE + 3 * LANES + lane]
+            value[p] += w[CHANGE + lane] + w[CHANGE + 3 * LANES + lane] if arrived else 0.0
             if following < queue.size:
                 pixels[lane] = queue[following]
+                for j in range(x.shape[1]):
+                    u[j * LANES + lane] = 0.5
                 _fill(w, lane, Lab, start, pixels[lane], AT, columns, black, white)
                 following += 1
             else:

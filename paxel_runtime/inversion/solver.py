@@ -179,10 +179,11 @@ def _write_errors(found: Inversion, pixels: NDArray[np.int64] | slice, dE: Float
 
 def _six_equations(wanted: list[Floats], pixels: NDArray[np.int64] | slice) -> NDArray[np.float64]:
     """Wanted colours of some pixels, (m, 6); L* = 0 on an absent surface: XYZ = 0, as its zero rows of A give."""
-    chosen = [Lab[pixels] for Lab in wanted]
-    if len(chosen) == 1:
-        chosen.append(np.zeros_like(chosen[0]))
-    return np.concatenate(chosen, axis=1, dtype=np.float64)
+    chosen = [Lab[pixels] if isinstance(pixels, slice) else Lab.take(pixels, axis=0) for Lab in wanted]
+    Lab = np.zeros((len(chosen[0]), 6))
+    for s, of_surface in enumerate(chosen):
+        Lab[:, 3 * s : 3 * s + 3] = of_surface
+    return Lab
 
 
 def _solve_corrected(wanted: list[Floats], system: System, found: Inversion) -> None:

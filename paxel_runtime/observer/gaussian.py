@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
+
+from paxel_runtime.bands import in_bands
+from paxel_runtime.numba_options import KERNEL
 
 __all__ = ["gaussian_blur"]
 
@@ -35,7 +39,9 @@ def gaussian_blur(
     weights = (weights / (2 * weights.sum() - weights[0])).astype(values.dtype)
     planes = np.ascontiguousarray(values).reshape(*values.shape[:2], math.prod(values.shape[2:]))
     rows, columns = (_sources(size, reach, repeated) for size in planes.shape[:2])
-    return _blur(planes, weights, rows, columns).reshape(values.shape)
+    blurred = np.empty_like(planes)
+    in_bands(partial(_blur, planes, weights, rows, columns, blurred), len(planes))
+    return blurred.reshape(values.shape)
 
 
 def _sources(size: int, reach: int, repeated: bool) -> NDArray[np.int64]:
@@ -47,15 +53,20 @@ def _sources(size: int, reach: int, repeated: bool) -> NDArray[np.int64]:
     return np.where(at < size, at, 2 * size - 1 - at)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
+@njit(**KERNEL)
 def _blur(
-    values: NDArray[np.floating], weights: NDArray[np.floating], rows: NDArray[np.int64], columns: NDArray[np.int64]
-) -> NDArray[np.floating]:
-    height, width, planes = values.shape
+    values: NDArray[np.floating],
+    weights: NDArray[np.floating],
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    blurred: NDArray[np.floating],
+    first: int,
+    stop: int,
+) -> None:
+    _, width, planes = values.shape
     reach = len(weights) - 1
-    blurred = np.empty_like(values)
     across = width * planes
-    for row in prange(height):
+    for row in range(first, stop):
         # Down: a sum of whole rows, which vectorises; across: the same with the row and its margins in one array.
         padded = np.zeros((width + 2 * reach) * planes, values.dtype)
         inner = padded[reach * planes : reach * planes + across]
@@ -77,4 +88,3 @@ def _blur(
             weight, left, right = weights[tap], padded[(reach - tap) * planes :], padded[(reach + tap) * planes :]
             for i in range(across):
                 out[i] += weight * (left[i] + right[i])
-    return blurred

@@ -268,6 +268,9 @@ class ViewingSettings(Section):
     """Who looks at it."""
 
     distance_mm: Positive = Field(4000.0, description="distance of the viewer from the wall, mm")
+    luminance_cd_m2: Annotated[float, Field(gt=0, le=10_000)] = Field(
+        100.0, description="mean luminance of the lit print: how well its pattern and its moire are seen, cd/m2"
+    )
 
 
 class MappingSettings(Section):

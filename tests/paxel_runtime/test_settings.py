@@ -5,7 +5,15 @@ from pathlib import Path
 import pytest
 
 from paxel_runtime.errors import SettingsError
-from paxel_runtime.settings import DEMO_OVERRIDES, PRESETS, Settings, load_settings, make_settings, settings_to_toml
+from paxel_runtime.settings import (
+    DEMO_OVERRIDES,
+    PRESETS,
+    Settings,
+    change_toml,
+    load_settings,
+    make_settings,
+    settings_to_toml,
+)
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -117,3 +125,17 @@ def test_demo_never_has_a_whole_number_of_pixels_a_dot() -> None:
     settings = make_settings(overrides=DEMO_OVERRIDES)
     pixels_a_dot = settings.pattern.dot_size_mm * settings.projector.resolution[0] / settings.projector.width_mm
     assert abs(pixels_a_dot - round(pixels_a_dot)) > 0.05  # a whole number would hide moire
+
+
+def test_single_keys_change_and_all_else_stays() -> None:
+    text = settings_to_toml(Settings()).replace("[devices]", "[devices]  # the box under the #2 table")
+    changed = change_toml(text, {"pattern.dot_size_mm": 0.5, "pattern.tile_order": ["white", "black"], "meter.new": 1})
+    for before, after in zip(text.splitlines(), [x for x in changed.splitlines() if x != "new = 1"], strict=True):
+        if before.startswith(("dot_size_mm", "tile_order")):
+            assert before.partition(" # ")[2] == after.partition(" # ")[2]
+            assert before != after
+        else:
+            assert before == after
+    assert "[meter]" in changed.split("new = 1")[0].splitlines()[-2] + changed.split("new = 1")[0].splitlines()[-1]
+    assert change_toml('[pattern]\ntile_order = "a#b"  # why\n', {"pattern.tile_order": "c"}).endswith(" # why\n")
+    assert change_toml("", {"pattern.snap": True}).strip() == "[pattern]\nsnap = true"

@@ -157,3 +157,19 @@ def test_several_effects_stand_beside_other_bodies(data: dict[str, Any], tmp_pat
     code, _, err = _gamut(*model, "--effect", "full", "--beside", tmp_path / "g" / "joint.npz")
     assert code == 2
     assert "must hold the mesh of a sub-gamut" in err
+
+
+def test_one_channel_on_three_inks_is_told_which_ink_limits_white(data: dict[str, Any], tmp_path: Path) -> None:
+    data["channels"], data["clusters"] = ["uv"], ["uv-red", "uv-green", "uv-blue"]
+    data["response"] = {"uv": data["response"]["red"]}
+    del data["surfaces"]["white"]
+    A = [[0.22, 0.2, 0.18], [0.12, 0.62, 0.1], [0.01, 0.12, 0.95]]
+    data["surfaces"]["pattern"] = {**data["surfaces"]["pattern"], "A": A}
+    write_json(tmp_path / "model.json", data)
+    exit_code, stdout, stderr = _gamut("--model", tmp_path / "model.json", "--out", tmp_path / "out", "--json")
+    assert exit_code == 0
+    record = json.loads((tmp_path / "out" / "primaries.json").read_text())
+    assert json.loads(stdout)["primaries.json"].items() <= record.items()
+    assert set(record["shares"].values()) == {1 / 3}, "a model on its own does not tell shares"
+    assert record["whites"]["D65"]["limiting"] == "uv-red"
+    assert "limited by uv-red; printed with area shares uv-red" in stderr

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
 from paxel_design.gamut import JointGamut, lightness_area, sub_gamut
-from paxel_design.gamut.gray_sets import gray_relation
 from paxel_design.gamut.polytopes import polytope
 from paxel_design.gamut.tolerances import ball_about, tube_about_grays
 from paxel_runtime.errors import GamutError
+from paxel_runtime.gamut_mapping import luminance_relation
 from paxel_runtime.model.colorimetry import D65_XYZ, Lab_to_LCh, Lab_to_XYZ, XYZ_to_Lab
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.prediction import PredictionModel
@@ -61,7 +61,8 @@ def test_decolorized_colours_have_a_gray_partner_and_half_a_unit_outside_they_ha
     gamut = sub_gamut(joint, f"decolorize:{lightness}", shown_on)
     inside, outside = probes(gamut, 15)
     assert len(outside) >= 8
-    slope, base = gray_relation(joint, shown_on)
+    surfaces = model.surfaces
+    slope, base = luminance_relation(surfaces[shown_on], surfaces[SURFACES[1 - SURFACES.index(shown_on)]])
 
     def shown(XYZ: Array) -> bool:
         if lightness == "free":
@@ -75,7 +76,7 @@ def test_decolorized_colours_have_a_gray_partner_and_half_a_unit_outside_they_ha
 def test_the_relation_takes_black_to_black_and_white_to_white(measured_model: Models) -> None:
     model = measured_model(0, 3)
     assert model.white is not None
-    slope, base = gray_relation(JointGamut(model), "pattern")
+    slope, base = luminance_relation(model.pattern, model.white)
     for x in (np.zeros(model.n), np.ones(model.n)):
         pattern, white = model.pattern.predict_XYZ(x), model.white.predict_XYZ(x)
         assert slope * pattern[1] + base == pytest.approx(white[1], rel=1e-12)

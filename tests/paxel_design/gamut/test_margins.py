@@ -1,6 +1,7 @@
 """Margins of level sets against partners found by brute force."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ from paxel_runtime.model.colorimetry import Lab_to_LCh, Lab_to_XYZ, LCh_to_Lab, 
 from paxel_runtime.model.effects import CHROMA_FLOOR, Chroma, HueShift
 from paxel_runtime.model.prediction import PredictionModel
 
+SLOW = partial(pytest.param, marks=pytest.mark.slow)
 Models = Callable[..., PredictionModel]
 
 
@@ -22,7 +24,7 @@ def reachable_partners(joint: JointGamut, XYZ: NDArray[np.float64], partners: ND
     return bool(np.any(joint.contains(np.broadcast_to(XYZ, white.shape), white)))
 
 
-@pytest.mark.parametrize("angle", [20, 45, 90, 135, 170])
+@pytest.mark.parametrize("angle", [20, SLOW(45), SLOW(90), 135, SLOW(170)])
 def test_a_hue_margin_has_the_sign_of_a_dense_search(measured_model: Models, angle: int) -> None:
     model = measured_model(1, 2)
     joint = JointGamut(model)

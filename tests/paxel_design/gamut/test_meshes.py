@@ -132,7 +132,7 @@ def test_the_split_is_short_conforming_and_stays_on_the_facets(bw_model: Models)
     assert_closed(gamut_mesh(gamut, 3.0))
 
 
-@settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 2**32 - 1), st.floats(-13, -1), st.sampled_from([(2, False), (3, False), (3, True), (4, True)]))
 def test_meshes_of_any_print_are_closed(
     measured_model: Models, seed: int, error: float, kind: tuple[int, bool]

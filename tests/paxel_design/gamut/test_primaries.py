@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from paxel_design.gamut.primaries import neutral_shares, primaries_figures
+from paxel_design.gamut.primaries import neutral_shares, primaries_figures, primaries_sentence
 from paxel_runtime.calibration.white_point import WHITES, brightest_of_chromaticity
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
@@ -66,3 +66,16 @@ def test_a_white_beyond_the_inks_is_told_as_none() -> None:
 def test_shares_must_be_shares(shares: list[float]) -> None:
     with pytest.raises(InputError, match="three positive numbers"):
         primaries_figures(printed(np.full(3, 1 / 3)), shares)
+
+
+def test_the_sentence_names_the_limiting_primary_and_better_shares() -> None:
+    shares = np.array([0.2, 0.35, 0.45])
+    figures = primaries_figures(printed(shares), shares)
+    white = figures["whites"]["D65"]
+    told = primaries_sentence(figures)
+    assert f"limited by {white['limiting']}" in told
+    for name, share in white["shares"].items():
+        assert f"{name} {100 * share:.0f} %" in told
+    assert "now 20, 35, 45" in told
+    better = np.array(list(white["shares"].values()))
+    assert "fit" in primaries_sentence(primaries_figures(printed(better), better))

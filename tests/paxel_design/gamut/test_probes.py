@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -18,6 +19,7 @@ from paxel_runtime.model.effects import CHROMA_FLOOR, HueShift
 from paxel_runtime.model.prediction import PredictionModel
 
 Models = Callable[..., PredictionModel]
+SLOW = partial(pytest.param, marks=pytest.mark.slow)
 REPORTS = Path(__file__).parents[3] / "reports"
 
 
@@ -36,7 +38,7 @@ def oracles() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("K", [2, 3, 6])
+@pytest.mark.parametrize("K", [2, SLOW(3), 6])
 def test_corners_have_a_checked_input_and_half_a_unit_beyond_there_is_none(
     oracles: ModuleType, measured_model: Models, K: int
 ) -> None:
@@ -48,15 +50,15 @@ def test_corners_have_a_checked_input_and_half_a_unit_beyond_there_is_none(
     assert told["worst_reached"] < 1e-6 < told["nearest_refused"]
 
 
-@pytest.mark.parametrize("K", [2, 3])
+@pytest.mark.parametrize("K", [2, SLOW(3)])
 def test_random_pairs_of_a_product_pair_are_inverted(oracles: ModuleType, measured_model: Models, K: int) -> None:
-    told = oracles.product_pairs(JointGamut(measured_model(K, K)), 400)
+    told = oracles.product_pairs(JointGamut(measured_model(K, K)), 150)
     assert told["share_below_1e-3"] == 1.0
     # HiGHS keeps its constraints to 1e-7.
     assert told["worst_distance"] < 1e-6
 
 
-@pytest.mark.parametrize("angle", [20, 45, 90, 135, 170])
+@pytest.mark.parametrize("angle", [SLOW(20), 45, SLOW(90), 135, SLOW(170)])
 def test_beside_the_boundary_of_a_hue_set_a_partner_is_found_or_proven_to_be_none(
     oracles: ModuleType, measured_model: Models, angle: int
 ) -> None:

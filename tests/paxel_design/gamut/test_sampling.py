@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from paxel_design.gamut import JointGamut, sampled_figures, sampled_gamut, sub_gamut
-from paxel_design.gamut.gray_sets import gray_relation
 from paxel_runtime.errors import InputError
+from paxel_runtime.gamut_mapping import luminance_relation
 from paxel_runtime.model.colorimetry import Lab_to_LCh, Lab_to_XYZ, XYZ_to_Lab
 from paxel_runtime.model.delta_e import dE00
 from paxel_runtime.model.effects import CHROMA_FLOOR, Chroma, Decolorize, Effect, Full, HueShift, Neutralize
@@ -46,7 +46,9 @@ def test_the_kernel_marks_what_plain_arrays_mark(measured_model: Models, effect:
     elif isinstance(effect, Decolorize):
         gray = partner * [1.0, 0, 0]
         if effect.lightness == "relative":
-            slope, base = gray_relation(joint, shown_on)
+            surfaces = model.surfaces
+            other = surfaces["white" if shown_on == "pattern" else "pattern"]
+            slope, base = luminance_relation(surfaces[shown_on], other)
             Y = slope * Lab_to_XYZ(own, np.ones(3))[:, 1] + base
             gray[:, 0] = XYZ_to_Lab(np.repeat(Y[:, None], 3, axis=1), np.ones(3))[:, 0]
         keep = dE00(partner, gray) <= (effect.tolerance or 2.0)

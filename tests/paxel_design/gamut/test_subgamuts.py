@@ -82,12 +82,12 @@ def test_any_two_colours_of_a_product_pair_can_be_shown_together(
     assert joint.slack(P[:, None], W[None]).min() > -1e-12
     rng = np.random.default_rng(0)
     for p, w in zip(
-        rng.dirichlet(np.full(len(P), 0.3), 40) @ P, rng.dirichlet(np.full(len(W), 0.3), 40) @ W, strict=True
+        rng.dirichlet(np.full(len(P), 0.3), 12) @ P, rng.dirichlet(np.full(len(W), 0.3), 12) @ W, strict=True
     ):
         assert is_reachable(model, np.concatenate((p, w)))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_product_pair_is_maximal_and_holds_the_rectangle(measured_model: Models, seed: int) -> None:
     model = measured_model(seed, 3, colored=seed % 2 == 1)
     joint = JointGamut(model)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from paxel_design.patterns import make_pattern
-from paxel_design.stages.print_sheet import design_of, ink_spread_from, make_print, make_test_sheet
+from paxel_design.stages.print_sheet import design_of, ink_spread_from, make_print, make_test_sheet, visibility_of
 from paxel_runtime.errors import InputError
 from paxel_runtime.installation import Installation
 from paxel_runtime.printed import load_pattern, printed_pattern
@@ -17,6 +17,22 @@ SMALL = {"pattern.size_mm": [60.0, 40.0]}
 def installation_of(path, preset="bw-checkerboard", **overrides):
     keys = {key.replace("__", "."): value for key, value in overrides.items()}
     return Installation.create(path, make_settings(preset, SMALL | keys))
+
+
+def test_the_folder_tells_how_visible_the_print_is(tmp_path):
+    """Beside the record, so that another viewer or projector makes no print stale; nearer, both are seen better."""
+    installation = installation_of(tmp_path)
+    make_print(installation)
+    told = read_json(tmp_path / "print" / "visibility.json")
+    assert told["pixel_pitch_mm"] == pytest.approx(281 / 1920)
+    assert told["moire"]["clusters"] == 3
+    assert told["moire"]["visibility"] > 0
+    assert {"period_mm", "direction_deg", "orders"} <= set(told["beats"][0])
+    nearer = again(installation, viewing__distance_mm=1500.0, viewing__luminance_cd_m2=300.0)
+    assert states(nearer)["print"].state == "done"
+    at_hand = visibility_of(load_pattern(installation), nearer.settings)
+    assert at_hand["print"]["luminance"] > 10 * told["print"]["luminance"]
+    assert at_hand["luminance_cd_m2"] == 300.0
 
 
 def again(installation, **overrides):
@@ -51,6 +67,7 @@ def test_the_record_makes_the_same_cells_again(preset, tmp_path):
         "pattern.pdf",
         "preview.png",
         "print-sheet.txt",
+        "visibility.json",
     ]
 
 

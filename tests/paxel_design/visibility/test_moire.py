@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 import pytest
 
 from paxel_design.patterns import make_pattern
-from paxel_design.visibility.moire import SLOW_SHARE, beats, moire, moire_picture, worst_moire
+from paxel_design.visibility.beats import SLOW_SHARE, beats
+from paxel_design.visibility.moire import moire, moire_picture, sort_pixels, worst_moire
 from paxel_design.visibility.s_cielab import colorants_to_XYZ
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Pattern
@@ -82,5 +86,44 @@ def test_what_makes_no_sense_is_told() -> None:
     with pytest.raises(InputError, match="K = 2 or 3"):
         moire(checker(0.75, 30.0), PITCH_MM, 4000.0, K=5)
     for wrong in ({"pitch_mm": 0.0}, {"pitch_mm": PITCH_MM, "size_px": 4}, {"pitch_mm": PITCH_MM, "samples": 2}):
-        with pytest.raises(InputError, match="moire needs"):
+        with pytest.raises(InputError, match="a raster needs"):
             moire(checker(0.75, 30.0), distance_mm=4000.0, **wrong)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("partition", ["light", "lab"])
+def test_samples_in_a_pixel_have_converged(partition: Literal["light", "lab"]) -> None:
+    """To 5 % of the stated figure, the mean over pitches and phases: 89 samples against 610.
+
+    Of one pitch alone the figure moves more: a few pixels on the very limit of a cluster decide it.
+    """
+    found = {
+        samples: np.mean(
+            [
+                moire(checker(0.75, 30.0), PITCH_MM * zoom, 4000.0, partition=partition, size_px=160, samples=samples,
+                      offset_px=(0.37 * k, 0.71 * k)).contrast
+                for k, zoom in enumerate((0.98, 0.993, 1.006, 1.019))
+            ]
+        )
+        for samples in (89, 610)
+    }  # fmt: skip
+    assert found[89] == pytest.approx(found[610], rel=0.05)
+
+
+def test_the_papers_sorting_lights_pixels_that_meet_a_third_of_white() -> None:
+    """k-means of L*, shares all alike: 0.35 where light itself would say 0.5; a fifth of white is half of its L*."""
+    Y = colorants_to_XYZ(checker(0.75, 0.0).palette)
+    share = np.linspace(0, 1, 4001)
+    own = np.stack([1 - share, share], axis=-1)
+    limits = {p: share[np.argmax(sort_pixels(own, Y, 2, p) == 1)] for p in ("light", "lab")}  # type: ignore[arg-type]
+    assert limits["light"] == pytest.approx(0.5, abs=1e-3)
+    assert 0.2 < limits["lab"] < 0.4
+    edges = sort_pixels(own, Y, 3, "light")
+    assert [int(edges[int(4000 * s)]) for s in (0.2, 0.3, 0.5, 0.7, 0.8)] == [0, 2, 2, 2, 1]
+
+
+def test_the_printed_scale_is_that_of_the_raster() -> None:
+    """A print that came out 2 % larger under a pixel 2 % larger looks the same."""
+    larger = replace(checker(0.75, 30.0), print_scale=(1.02, 1.02))
+    np.testing.assert_allclose(
+        moire_picture(larger, 1.02 * PITCH_MM, size_px=64), moire_picture(checker(0.75, 30.0), PITCH_MM, size_px=64)
+    )

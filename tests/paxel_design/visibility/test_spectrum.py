@@ -9,7 +9,12 @@ from hypothesis import strategies as st
 
 from paxel_design.patterns import make_pattern
 from paxel_design.visibility.s_cielab import colorants_to_XYZ
-from paxel_design.visibility.sensitivity import cycles_per_degree, luminance_sensitivity, opponent_sensitivity
+from paxel_design.visibility.sensitivity import (
+    FIELD_DEG,
+    cycles_per_degree,
+    luminance_sensitivity,
+    opponent_sensitivity,
+)
 from paxel_design.visibility.spectrum import layout_spectrum, pattern_visibility, radial_average
 from paxel_runtime.errors import InputError
 from paxel_runtime.model.pattern import Pattern
@@ -74,6 +79,21 @@ def test_sensitivity_has_bartens_shape() -> None:
     opponent = opponent_sensitivity([0.5, 5, 20])
     assert np.all(np.diff(opponent, axis=0) < 0)
     assert np.all(opponent[-1] < 0.01 * opponent[0])
+
+
+@pytest.mark.parametrize("luminance_cd_m2", [1.0, 100.0, 2000.0])
+def test_sensitivity_is_bartens_as_colour_science_has_it(luminance_cd_m2: float) -> None:
+    from colour import contrast
+
+    f = np.geomspace(0.05, 80, 50)
+    pupil_mm = contrast.pupil_diameter_Barten1999(luminance_cd_m2, FIELD_DEG)
+    theirs = contrast.contrast_sensitivity_function_Barten1999(
+        f,
+        sigma=contrast.sigma_Barten1999(d=pupil_mm),
+        E=contrast.retinal_illuminance_Barten1999(luminance_cd_m2, pupil_mm),
+        X_0=FIELD_DEG,
+    )
+    np.testing.assert_allclose(luminance_sensitivity(f, luminance_cd_m2), theirs, rtol=1e-9)  # the same formula
 
 
 def test_farther_away_is_less_visible() -> None:
