@@ -29,7 +29,7 @@ from scipy.stats import spearmanr
 from paxel_design.patterns import make_pattern
 from paxel_design.visibility import moire, moire_of_picture, moire_picture, pattern_visibility
 from paxel_design.visibility.moire import Partition
-from paxel_runtime.clustering.kmeans import lloyd
+from paxel_runtime.clustering.kmeans import lloyd, nearest
 from paxel_runtime.devices.virtual import BenchSetup, VirtualBench
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.pattern import Pattern
@@ -49,6 +49,7 @@ ZOOMS = np.linspace(0.97, 1.03, 13)
 DOTS_MM = (0.5, 0.75, 1.0)
 ONE_THIRD = float(np.rad2deg(np.arctan(1 / 3)))
 SORTINGS: tuple[tuple[Partition, int], ...] = (("lab", 2), ("light", 2), ("light", 3))
+RANKED_SORTINGS: tuple[tuple[Partition, int], ...] = (("lab", 3), ("light", 3), ("lab", 2))
 RANKED_DOTS_MM = (0.5, 0.62, 0.75, 1.0)
 RANKED_ANGLES_DEG = (0.0, 10.0, ONE_THIRD, 26.565, 30.0, 37.0, 45.0)
 RANKED_PX = 224
@@ -120,7 +121,7 @@ def line_share(view: NDArray[np.floating]) -> float:
     return float(2 * near.sum() / power.sum())
 
 
-def photograph(pattern: Pattern, partition: Partition) -> tuple[NDArray[np.float64], float]:
+def photograph(pattern: Pattern, partition: Partition, K: int) -> tuple[NDArray[np.float64], float]:
     """The bench's camera on the lit cluster, green, over its picture of the white sheet; and mm of a camera pixel."""
     bench = VirtualBench(
         BenchSetup(
@@ -139,8 +140,12 @@ def photograph(pattern: Pattern, partition: Partition) -> tuple[NDArray[np.float
     full = np.full((RESOLUTION[1], RESOLUTION[0], 3), 255, np.uint8)
     on_pattern, on_white = (bench.view_XYZ(full, surface) for surface in ("pattern", "white"))
     reflectance = (on_pattern / on_white).reshape(-1, 3).astype(np.float64)
-    points = XYZ_to_Lab(reflectance, np.ones(3)) if partition == "lab" else reflectance
-    _, labels = lloyd(np.asarray(points, np.float64), np.asarray(np.quantile(points, (0.1, 0.9), axis=0), np.float64))
+    dark, bright = np.quantile(reflectance, (0.02, 0.98), axis=0)
+    starts = np.array([dark, bright, (dark + bright) / 2])[:K]
+    if partition == "lab":
+        reflectance, starts = (np.asarray(XYZ_to_Lab(XYZ, np.ones(3)), np.float64) for XYZ in (reflectance, starts))
+        starts, _ = lloyd(reflectance, starts)
+    labels = nearest(reflectance, starts)[0] == 1
     green = np.zeros_like(full)
     green[..., 1] = 255 * labels.reshape(RESOLUTION[::-1])
     bench.place("pattern")
@@ -163,13 +168,15 @@ def photographed() -> dict[str, Any]:
     result: dict[str, Any] = {"piece_px": RANKED_PX}
     cases = [(dot, angle, "checkerboard") for dot in RANKED_DOTS_MM for angle in RANKED_ANGLES_DEG]
     cases += [(dot, 0.0, "blue-noise") for dot in (0.5, 0.75)]
-    for partition in ("lab", "light"):
+    for partition, K in RANKED_SORTINGS:
         rows = []
         for dot, angle, kind in cases:
             pattern = layout(dot, angle, kind)
             printed = replace(pattern, print_scale=PRINT_SCALE)
-            expected = moire(printed, PITCH_MM, DISTANCE_MM, partition=partition, size_px=RANKED_PX, samples=SAMPLES)
-            picture, mm = photograph(pattern, partition)
+            expected = moire(
+                printed, PITCH_MM, DISTANCE_MM, K=K, partition=partition, size_px=RANKED_PX, samples=SAMPLES
+            )
+            picture, mm = photograph(pattern, partition, K)
             view = middle_of(picture, round(RANKED_PX * PITCH_MM / mm))
             seen = moire_of_picture(view, dot, mm, DISTANCE_MM)
             rows.append({
@@ -177,17 +184,17 @@ def photographed() -> dict[str, Any]:
                 "foretold": {"contrast": expected.contrast, "visibility": expected.visibility},
                 "photographed": {"contrast": seen.contrast, "visibility": seen.visibility},
             })  # fmt: skip
-            print(f"{partition}: {kind} {angle:.1f} degrees {dot:g} mm: foretold {expected.contrast:.4f} "
+            print(f"{partition}, K = {K}: {kind} {angle:.1f} degrees {dot:g} mm: foretold {expected.contrast:.4f} "
                   f"({expected.visibility:.2f}), seen {seen.contrast:.4f} ({seen.visibility:.2f})")  # fmt: skip
         regular = [row for row in rows if row["layout"] != "blue-noise"]
-        result[partition] = {
+        result[f"{partition}, K = {K}"] = {
             "layouts": len(rows),
             "spearman": {key: rank_correlation(rows, key) for key in ("contrast", "visibility")},
             "spearman_of_checkerboards": {key: rank_correlation(regular, key) for key in ("contrast", "visibility")},
             "rows": rows,
         }
-        print(f"{partition}: Spearman {result[partition]['spearman']}, checkerboards alone "
-              f"{result[partition]['spearman_of_checkerboards']}")  # fmt: skip
+        print(f"{partition}, K = {K}: Spearman {result[f'{partition}, K = {K}']['spearman']}, checkerboards alone "
+              f"{result[f'{partition}, K = {K}']['spearman_of_checkerboards']}")  # fmt: skip
     return result
 
 
@@ -206,7 +213,7 @@ def shown() -> None:
         (0.0, "blue-noise", "blue noise"),
         (30.0, "checkerboard", "checkerboard, 30 degrees"),
     )):  # fmt: skip
-        picture, mm = photograph(layout(0.75, angle, kind), "lab")
+        picture, mm = photograph(layout(0.75, angle, kind), "lab", 2)
         size = round(RANKED_PX * PITCH_MM / mm)
         view = middle_of(picture, size)
         tone = np.clip(view / np.quantile(view, 0.98), 0, 1) ** (1 / 2.2)

@@ -23,12 +23,21 @@ from paxel_runtime.errors import InputError
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.pattern import Pattern
 
-__all__ = ["Moire", "Partition", "moire", "moire_of_picture", "moire_picture", "sort_pixels", "worst_moire"]
+__all__ = [
+    "Moire",
+    "Partition",
+    "met_by_pixels",
+    "moire",
+    "moire_of_picture",
+    "moire_picture",
+    "sort_pixels",
+    "worst_moire",
+]
 
 Partition = Literal["light", "lab"]
 """How pixels are sorted: ``"light"`` by the share of their light on each colorant, as a registered design gives it;
-``"lab"`` by k-means in CIELAB of the light they return, as in the paper: of two clusters of black and white, then, all
-pixels that meet more than a quarter to a third of white belong to white."""
+``"lab"`` by k-means in CIELAB of the light they return, as in the paper: of two clusters of black and white, then,
+all pixels that meet more than a quarter to a third of white belong to white."""
 
 _MARGIN_PX = 2
 _FITTED = 20_000
@@ -171,7 +180,7 @@ def sort_pixels(own: NDArray[np.float64], XYZ: NDArray[np.float64], K: int, part
     Parameters
     ----------
     own : (..., M) array
-        Share of each pixel's light on each colorant.
+        Share of each pixel's light on each colorant, of `raster.own_light`.
     XYZ : (M, 3) array
         Of the colorants, Y = 1 for a perfect diffuser.
     K : int
