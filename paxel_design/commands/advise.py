@@ -91,6 +91,10 @@ def advise(
         luminance,
         "light" if sorted_by == "light" else "lab",
     )
+    if write is not None and write.exists():
+        from paxel_runtime.settings import load_settings
+
+        load_settings(write)  # a mistake in it is told before the simulation
     with progress_bar() as progress:
         advice = find(setup, progress)
     record = advice_record(advice) if out is None else write_advice(advice, out)

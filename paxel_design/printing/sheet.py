@@ -230,5 +230,7 @@ def _check(pattern: Pattern, dpi: float, caption: str) -> None:
 def _captions(pattern: Pattern, dpi: float, ink_spread_um: float, caption: str, width_mm: float) -> list[str]:
     compensation = f"dots shrunk by {ink_spread_um:.1f} µm" if ink_spread_um else "no ink-spread compensation"
     made = f"{dpi:g} dpi, {compensation}, print at 100 % (no scaling), {WRITER}"
-    paragraphs = (caption, pattern_summary(pattern), made)
+    glows = any(colorant.fluorescence is not None for colorant in pattern.palette)
+    paper = "fluorescent inks: paper without optical brightener" if glows else ""
+    paragraphs = (caption, pattern_summary(pattern), made, paper)
     return [line for paragraph in paragraphs for line in wrap_text(paragraph, _TEXT_MM, width_mm)]

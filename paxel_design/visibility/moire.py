@@ -26,7 +26,6 @@ from paxel_runtime.model.pattern import Pattern
 __all__ = [
     "Moire",
     "Partition",
-    "met_by_pixels",
     "moire",
     "moire_of_picture",
     "moire_picture",

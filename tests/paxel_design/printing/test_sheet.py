@@ -92,3 +92,15 @@ def test_there_is_a_patch_of_every_colorant_and_of_bare_paper():
 def test_an_impossible_sheet_is_named_with_what_would_work(pattern, change, text):
     with pytest.raises(InputError, match=text):
         sheet_of(pattern, **({"dpi": 1440, "ink_spread_um": 0.0, "caption": ""} | change))
+
+
+def test_fluorescent_inks_ask_for_paper_without_brightener() -> None:
+    """It would shine as brightly as the inks; the sheet itself says so, as instructions get lost."""
+    glowing = make_pattern("tiles", ("uv-red", "uv-green", "uv-blue"), 0.75, 30.0, (100.0, 60.0))
+    plain = make_pattern("tiles", ("red", "green", "blue"), 0.75, 30.0, (100.0, 60.0))
+    words = [
+        " ".join(text.text for text in sheet_of(pattern, dpi=1440, ink_spread_um=0.0, caption="").texts)
+        for pattern in (glowing, plain)
+    ]
+    assert "without optical brightener" in words[0]
+    assert "brightener" not in words[1]
