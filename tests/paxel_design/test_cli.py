@@ -125,7 +125,7 @@ def test_pattern_makes_the_sheet_once(tmp_path: Path) -> None:
     assert code == 0
     assert json.loads(out)["dot_size_mm"] == 0.75
     assert {p.name for p in (tmp_path / "print").iterdir()} == {
-        "cells.png", "pattern.json", "pattern.pdf", "preview.png", "print-sheet.txt",
+        "cells.png", "pattern.json", "pattern.pdf", "preview.png", "print-sheet.txt", "visibility.json",
     }  # fmt: skip
     made = (tmp_path / "print" / "pattern.pdf").stat().st_mtime_ns
     code, again, err = _paxel("pattern", tmp_path, "--json")

@@ -101,7 +101,12 @@ def test_a_read_only_install_compiles_once(tmp_path: Path, home: str) -> None:
         environment |= {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null"}
     runs = [
         subprocess.run(
-            [sys.executable, "-c", INSTALLED_READ_ONLY], env=environment, check=True, capture_output=True, text=True
+            [sys.executable, "-c", INSTALLED_READ_ONLY],
+            env=environment,
+            cwd=tmp_path,  # not beside a checkout, which would be imported instead of the installed package
+            check=True,
+            capture_output=True,
+            text=True,
         ).stdout.split()
         for _ in range(2)
     ]
