@@ -63,6 +63,9 @@ class Projected:
 
     def other(self, surface: str) -> NDArray[np.float32] | None:
         """The picture that may ghost on a surface: the other one's, where that is one of its own."""
+        pictured = picture_surfaces(parse_effect(self.record["effect"]), self.record["shown_on"]).values()
+        if other_surface(surface) not in pictured:
+            return None  # one colour all over, but for the fall-off of an image-based model
         other = self.mapped.get(other_surface(surface)) if self.ghosts else None
         return other if other is not None and np.ptp(other[..., 0]) > 0 else None
 
