@@ -229,20 +229,24 @@ def _judged(setup: Setup, layout: str, angle_deg: float, dot_px: float) -> Candi
     dot_mm, printed_deg, step = _on_the_grid(dot_px * setup.pitch_mm, angle_deg, setup.dpi)
     pattern = _pattern(setup, layout, dot_mm, printed_deg)
     visibility = pattern_visibility(layout_spectrum(pattern), setup.distance_mm, setup.luminance_cd_m2)
-    moire = worst_moire(
+    moire = _worst_moire(setup, pattern, _ZOOMS, _PIECE_PX, _SAMPLES)
+    model = simulated_model(pattern, setup.pitch_mm, setup.clusters, partition=setup.partition)
+    effect = effect_size(model, volumes=False)
+    return Candidate(layout, printed_deg, dot_mm, angle_deg, dot_px, step, visibility, moire, effect)
+
+
+def _worst_moire(setup: Setup, pattern: Pattern, zooms: Sequence[float], size_px: int, samples: int) -> Moire:
+    return worst_moire(
         pattern,
-        [setup.pitch_mm * zoom for zoom in _ZOOMS],
+        [setup.pitch_mm * zoom for zoom in zooms],
         setup.distance_mm,
         K=setup.clusters,
         partition=setup.partition,
         luminance_cd_m2=setup.luminance_cd_m2,
         phases=1,
-        size_px=_PIECE_PX,
-        samples=_SAMPLES,
+        size_px=size_px,
+        samples=samples,
     )
-    model = simulated_model(pattern, setup.pitch_mm, setup.clusters, partition=setup.partition)
-    effect = effect_size(model, volumes=False)
-    return Candidate(layout, printed_deg, dot_mm, angle_deg, dot_px, step, visibility, moire, effect)
 
 
 def _on_the_grid(dot_mm: float, angle_deg: float, dpi: float) -> tuple[float, float, tuple[int, int] | None]:
@@ -259,17 +263,7 @@ def _on_the_grid(dot_mm: float, angle_deg: float, dpi: float) -> tuple[float, fl
 def _closer(setup: Setup, candidate: Candidate) -> Candidate:
     """The same with a finer moire and the volumes of its product pair."""
     pattern = _pattern(setup, candidate.layout, candidate.dot_size_mm, candidate.angle_deg)
-    moire = worst_moire(
-        pattern,
-        [setup.pitch_mm * zoom for zoom in _FINE_ZOOMS],
-        setup.distance_mm,
-        K=setup.clusters,
-        partition=setup.partition,
-        luminance_cd_m2=setup.luminance_cd_m2,
-        phases=1,
-        size_px=_FINE_PIECE_PX,
-        samples=_FINE_SAMPLES,
-    )
+    moire = _worst_moire(setup, pattern, _FINE_ZOOMS, _FINE_PIECE_PX, _FINE_SAMPLES)
     model = simulated_model(pattern, setup.pitch_mm, setup.clusters, partition=setup.partition)
     return replace(candidate, moire=moire, effect=effect_size(model))
 

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_design.gamut.boxed_lp import OPTIMAL, maximise
-from paxel_design.gamut.lab_scalars import luminance_of, root, root_slope
+from paxel_runtime.model.lab_scalars import luminance_of, root, root_slope
 from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["chroma_for_all", "chroma_for_any"]

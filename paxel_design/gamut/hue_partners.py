@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_design.gamut.boxed_lp import OPTIMAL, maximise
-from paxel_design.gamut.lab_scalars import ab_of, lightness_of, luminance_of, root_slope, slope_in_Lab
+from paxel_runtime.model.lab_scalars import ab_of, lightness_of, luminance_of, root_slope, slope_in_Lab
 from paxel_runtime.numba_options import CALLED, KERNEL
 
 __all__ = ["hue_partners"]

@@ -22,6 +22,7 @@ from paxel_runtime.errors import InputError
 from paxel_runtime.gamut_mapping import luminance_relation
 from paxel_runtime.model.delta_e import TRUE_dE00, squared_dE00_jet
 from paxel_runtime.model.effects import CHROMA_FLOOR, Decolorize, Effect, Full, HueShift, Monochrome, Neutralize
+from paxel_runtime.model.lab_scalars import root
 from paxel_runtime.model.subgamut import SURFACES, LabField, SubGamut
 
 __all__ = ["PAPER_STEPS", "sampled_figures", "sampled_gamut"]
@@ -187,7 +188,7 @@ def _shows(
     if kind == _NEAR_COLOR:
         wanted_L, wanted_a, wanted_b = numbers[0], numbers[1], numbers[2]
     elif not math.isnan(numbers[0]):
-        wanted_L = 116.0 * _root(numbers[0] * ((L + 16.0) / 116.0) ** 3 + numbers[1]) - 16.0
+        wanted_L = 116.0 * root(numbers[0] * ((L + 16.0) / 116.0) ** 3 + numbers[1]) - 16.0
     return squared_dE00_jet(wanted_L, wanted_a, wanted_b, q_L, q_a, q_b, TRUE_dE00)[0] <= numbers[3] ** 2
 
 
@@ -196,13 +197,7 @@ def _Lab(
     start: NDArray[np.float64], along: NDArray[np.float64], x: float, white: NDArray[np.float64]
 ) -> tuple[float, float, float]:
     """CIELAB of the light start + x along."""
-    fx = _root((start[0] + along[0] * x) / white[0])
-    fy = _root((start[1] + along[1] * x) / white[1])
-    fz = _root((start[2] + along[2] * x) / white[2])
+    fx = root((start[0] + along[0] * x) / white[0])
+    fy = root((start[1] + along[1] * x) / white[1])
+    fz = root((start[2] + along[2] * x) / white[2])
     return 116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)
-
-
-@njit(cache=True, nogil=True, error_model="numpy", inline="always")
-def _root(t: float) -> float:
-    """CIELAB's f of a share of the white (CIE 15:2018, section 8.2.1)."""
-    return np.cbrt(t) if t > (6.0 / 29.0) ** 3 else ((29.0 / 3.0) ** 3 * t + 16.0) / 116.0

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from paxel_runtime.bands import in_bands
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
+from paxel_runtime.model.lab_scalars import cube
 from paxel_runtime.model.subgamut import PairGamut, SubGamut
 from paxel_runtime.numba_options import CALLED, KERNEL
 
@@ -217,17 +218,11 @@ def look_up(share: float, angle: float, boundary: NDArray[np.float32]) -> float:
     )
 
 
-@njit(**_INLINED)
-def _inverse_f(f: float) -> float:
-    """Share of the white's X, Y or Z whose CIELAB root is `f`."""
-    return f * f * f if f > 6.0 / 29.0 else (116.0 * f - 16.0) * (27.0 / 24389.0)
-
-
 @njit(**CALLED, fastmath={"nnan", "nsz", "contract", "reassoc"})
 def colour_slack(L: float, a: float, b: float, columns: NDArray[np.float64], white: NDArray[np.float64]) -> float:
     """Distance in XYZ of a colour to the nearest plane of `sub_gamut_columns`, negative outside."""
     f = (L + 16.0) / 116.0
-    X, Y, Z = white[0] * _inverse_f(f + a / 500.0), white[1] * _inverse_f(f), white[2] * _inverse_f(f - b / 200.0)
+    X, Y, Z = white[0] * cube(f + a / 500.0), white[1] * cube(f), white[2] * cube(f - b / 200.0)
     slack = 1e9
     for i in range(columns.shape[1]):
         slack = min(slack, columns[6, i] - (columns[0, i] * X + columns[1, i] * Y + columns[2, i] * Z))
@@ -247,9 +242,9 @@ def _pair_slack(
 ) -> float:
     """Distance in XYZ of a pair to the nearest plane, negative outside; columns (7, m) hold normals and offsets."""
     f, g = (L + 16.0) / 116.0, (L_other + 16.0) / 116.0
-    X, Y, Z = white[0] * _inverse_f(f + a / 500.0), white[1] * _inverse_f(f), white[2] * _inverse_f(f - b / 200.0)
-    X_other = white[0] * _inverse_f(g + a_other / 500.0)
-    Y_other, Z_other = white[1] * _inverse_f(g), white[2] * _inverse_f(g - b_other / 200.0)
+    X, Y, Z = white[0] * cube(f + a / 500.0), white[1] * cube(f), white[2] * cube(f - b / 200.0)
+    X_other = white[0] * cube(g + a_other / 500.0)
+    Y_other, Z_other = white[1] * cube(g), white[2] * cube(g - b_other / 200.0)
     slack = 1e9
     for i in range(columns.shape[1]):
         own = columns[0, i] * X + columns[1, i] * Y + columns[2, i] * Z

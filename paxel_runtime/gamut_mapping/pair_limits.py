@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from paxel_runtime.bands import in_bands
+from paxel_runtime.model.lab_scalars import cube, cube_slope
 from paxel_runtime.model.subgamut import PairGamut
 from paxel_runtime.numba_options import CALLED, KERNEL
 
@@ -96,23 +97,13 @@ def half_planes(
 
 
 @njit(**CALLED)
-def _inverse_f(f: float) -> float:
-    return f * f * f if f > 6.0 / 29.0 else (116.0 * f - 16.0) * (27.0 / 24389.0)
-
-
-@njit(**CALLED)
-def _slope_of_inverse_f(f: float) -> float:
-    return 3.0 * f * f if f > 6.0 / 29.0 else 116.0 * 27.0 / 24389.0
-
-
-@njit(**CALLED)
 def pair_to_XYZ(Lab: NDArray[np.float64], white: NDArray[np.float64], XYZ: NDArray[np.float64]) -> None:
     """XYZ (6,) of a pair's Lab (6,), into `XYZ`."""
     for s in range(0, 6, 3):
         f = (Lab[s] + 16.0) / 116.0
-        XYZ[s] = white[0] * _inverse_f(f + Lab[s + 1] / 500.0)
-        XYZ[s + 1] = white[1] * _inverse_f(f)
-        XYZ[s + 2] = white[2] * _inverse_f(f - Lab[s + 2] / 200.0)
+        XYZ[s] = white[0] * cube(f + Lab[s + 1] / 500.0)
+        XYZ[s + 1] = white[1] * cube(f)
+        XYZ[s + 2] = white[2] * cube(f - Lab[s + 2] / 200.0)
 
 
 @njit(**CALLED)
@@ -121,9 +112,9 @@ def _pair_derivative(
 ) -> None:
     for s in range(0, 6, 3):
         f, df = (Lab[s] + 16.0) / 116.0, step[s] / 116.0
-        dXYZ[s] = white[0] * _slope_of_inverse_f(f + Lab[s + 1] / 500.0) * (df + step[s + 1] / 500.0)
-        dXYZ[s + 1] = white[1] * _slope_of_inverse_f(f) * df
-        dXYZ[s + 2] = white[2] * _slope_of_inverse_f(f - Lab[s + 2] / 200.0) * (df - step[s + 2] / 200.0)
+        dXYZ[s] = white[0] * cube_slope(f + Lab[s + 1] / 500.0) * (df + step[s + 1] / 500.0)
+        dXYZ[s + 1] = white[1] * cube_slope(f) * df
+        dXYZ[s + 2] = white[2] * cube_slope(f - Lab[s + 2] / 200.0) * (df - step[s + 2] / 200.0)
 
 
 @njit(**KERNEL)

@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 from paxel_runtime.bands import in_bands
 from paxel_runtime.errors import GamutError
 from paxel_runtime.gamut_mapping.pair_limits import pair_to_XYZ
+from paxel_runtime.model.lab_scalars import root
 from paxel_runtime.model.subgamut import PairGamut
 from paxel_runtime.numba_options import CALLED, KERNEL
 
@@ -23,7 +24,6 @@ __all__ = ["deepest_grays", "pull_inside"]
 _TILE = 16
 _ROUNDING = 5e-7
 """How far inside a pulled pair ends, XYZ: so that float32 Lab does not carry it out again."""
-_ONE_THIRD = 1.0 / 3.0
 
 
 def deepest_grays(pairs: PairGamut) -> NDArray[np.float64]:
@@ -67,11 +67,6 @@ def pull_inside(
     pull = partial(_pull, Lab_pattern, Lab_white, rows, offsets, white, anchor, moved)
     in_bands(pull, -(-len(moved) // _TILE))
     return moved
-
-
-@njit(**CALLED)
-def _f(share: float) -> float:
-    return share**_ONE_THIRD if share > 216.0 / 24389.0 else (24389.0 / 27.0 * share + 16.0) / 116.0
 
 
 @njit(**KERNEL)
@@ -169,9 +164,9 @@ def _store(
     white: NDArray[np.float64],
 ) -> None:
     """Lab of anchor + share (XYZ - anchor), three of the six numbers from `first`."""
-    fx = _f((anchor[first] + share * (XYZ[first] - anchor[first])) / white[0])
-    fy = _f((anchor[first + 1] + share * (XYZ[first + 1] - anchor[first + 1])) / white[1])
-    fz = _f((anchor[first + 2] + share * (XYZ[first + 2] - anchor[first + 2])) / white[2])
+    fx = root((anchor[first] + share * (XYZ[first] - anchor[first])) / white[0])
+    fy = root((anchor[first + 1] + share * (XYZ[first + 1] - anchor[first + 1])) / white[1])
+    fz = root((anchor[first + 2] + share * (XYZ[first + 2] - anchor[first + 2])) / white[2])
     Lab[0] = 116.0 * fy - 16.0
     Lab[1] = 500.0 * (fx - fy)
     Lab[2] = 200.0 * (fy - fz)

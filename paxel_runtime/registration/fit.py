@@ -48,7 +48,6 @@ _PRIOR = 1e-4
 """Weight of a pull towards the polynomial of low degree in every block: it counts in holes and beyond the rim only."""
 _FIELD_RIDGE = 1e-4
 """Pulls the field to 0 where the weight of the data near by is below this share of the usual."""
-_FOLDS = 5
 
 
 @nb.njit(**CALLED)

@@ -16,7 +16,6 @@ from paxel_runtime.model.pattern import colorant_library
 __all__ = ["BENCH_CHANNELS", "PAPERS", "SPECTRA", "ColorantSettings", "Response", "Section", "Settings"]
 
 Positive = Annotated[float, Field(gt=0)]
-Count = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Percent = Annotated[float, Field(ge=0, lt=50)]
 Response = Literal["linear", "power", "srgb", "red-preset", "green-preset", "blue-preset", "rgbw"]

@@ -4,8 +4,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_design.gamut.lab_scalars import ab_of, lightness_of, luminance_of, root, root_slope, slope_in_Lab
 from paxel_runtime.model.colorimetry import D65_XYZ, Lab_to_XYZ, XYZ_to_Lab
+from paxel_runtime.model.lab_scalars import ab_of, lightness_of, luminance_of, root, root_slope, slope_in_Lab
 
 XYZ = D65_XYZ * np.random.default_rng(0).uniform(0, 1, (40, 3)) ** 4  # a third of them in the linear part
 WEIGHTS = np.array([0.3, -1.2, 0.7])

@@ -1,6 +1,7 @@
 """CIELAB of one colour at a time, with derivatives, for kernels (CIE 15:2018, section 8.2.1).
 
-The formulas of ``paxel_runtime.model.colorimetry``, which is checked against them; arrays belong there.
+The formulas of ``colorimetry``, which is checked against them; arrays belong there. Kernels that work in SIMD lanes or
+in float32 have their own, for speed (``inversion/local_model.py``, ``inversion/frame_kernels.py``).
 """
 
 from __future__ import annotations
@@ -9,9 +10,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from paxel_runtime.numba_options import CALLED
+from paxel_runtime.numba_options import CALLED, INLINED
 
-__all__ = ["ab_of", "lightness_of", "luminance_of", "root", "root_slope", "slope_in_Lab"]
+__all__ = [
+    "ab_of",
+    "cube",
+    "cube_slope",
+    "lightness_of",
+    "luminance_of",
+    "root",
+    "root_slope",
+    "slope_in_Lab",
+]
 
 _BEND = 6.0 / 29.0
 _LINEAR = 116.0 * (3.0 / 29.0) ** 3
@@ -30,6 +40,18 @@ def root_slope(t: float) -> float:
     return np.cbrt(t) ** -2 / 3.0 if t > _BEND**3 else 1.0 / _LINEAR
 
 
+@njit(**INLINED)
+def cube(f: float) -> float:
+    """Inverse of `root`: the share of the white."""
+    return f * f * f if f > _BEND else (f - 16.0 / 116.0) * _LINEAR
+
+
+@njit(**INLINED)
+def cube_slope(f: float) -> float:
+    """Derivative of `cube`."""
+    return 3.0 * f * f if f > _BEND else _LINEAR
+
+
 @njit(**CALLED)
 def lightness_of(Y: float) -> float:
     """L* of a share Y of the white."""
@@ -39,8 +61,7 @@ def lightness_of(Y: float) -> float:
 @njit(**CALLED)
 def luminance_of(L: float) -> float:
     """Inverse of `lightness_of`."""
-    f = (L + 16.0) / 116.0
-    return f * f * f if f > _BEND else (f - 16.0 / 116.0) * _LINEAR
+    return cube((L + 16.0) / 116.0)
 
 
 @njit(**CALLED)
