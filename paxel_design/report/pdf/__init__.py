@@ -1,0 +1,3 @@
+"""report.pdf: the sections set on A4 pages."""
+
+__all__: list[str] = []

@@ -1,0 +1,3 @@
+"""The chapters of the report, a file each: `section(source) -> Section`."""
+
+__all__: list[str] = []
