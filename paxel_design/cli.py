@@ -7,7 +7,19 @@ from typing import Any
 import typer
 import typer.core
 
-from paxel_design.commands import advise, calibrate, capture, decode, gamut, pattern, pictures, register, start
+from paxel_design.commands import (
+    advise,
+    calibrate,
+    capture,
+    decode,
+    gamut,
+    pattern,
+    pictures,
+    register,
+    report,
+    start,
+    study,
+)
 from paxel_design.console import messages, say
 from paxel_runtime.errors import PaxelError
 
@@ -40,7 +52,7 @@ app = typer.Typer(
         "Print a high-frequency colour pattern, register a projector to it, and project pictures that look one way "
         "on the pattern and another way on a white sheet.\n\n"
         "Everything at once, on the embedded virtual bench:  paxel demo my-show\n\n"
-        "Step by step:  paxel new my-show, then pattern, capture, calibrate, gamut, project, preview; "
+        "Step by step:  paxel new my-show, then pattern, capture, calibrate, gamut, project, preview, report; "
         "paxel status my-show always tells what comes next."
     ),
     no_args_is_help=True,
@@ -52,12 +64,14 @@ app = typer.Typer(
 for command in (
     start.new,
     advise.advise,
+    study.study,
     pattern.pattern,
     capture.capture,
     calibrate.calibrate,
     gamut.gamut,
     pictures.project,
     pictures.preview,
+    report.report,
     decode.decode,
     register.register,
     start.status,

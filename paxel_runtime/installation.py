@@ -7,6 +7,7 @@ is not known here.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import tempfile
@@ -38,7 +39,10 @@ class Stage:
     settings : tuple of str
         Tables of paxel.toml it depends on, or single keys of one.
     upstream : tuple of str
-        Files of earlier stages it depends on, from the installation's folder; ``{stem}`` is the record's own name.
+        Files of earlier stages it depends on, from the installation's folder; ``{stem}`` is the record's own name. With
+        ``*``: whatever there is, all of it as one; those stages may be missing.
+    optional : bool
+        Nothing waits for it: where it was never made, nobody is told to make it.
     """
 
     name: str
@@ -46,6 +50,7 @@ class Stage:
     record: str
     settings: tuple[str, ...]
     upstream: tuple[str, ...]
+    optional: bool = False
 
 
 STAGES: tuple[Stage, ...] = (
@@ -100,6 +105,22 @@ STAGES: tuple[Stage, ...] = (
     ),
     Stage(
         "preview", "preview", "*.json", ("viewing.distance_mm",), ("projection/{stem}.json", "projection/{stem}.png")
+    ),
+    Stage(
+        "report",
+        "report",
+        "report.json",
+        tuple(Settings.model_fields),  # it tells all of them
+        (
+            "calibration/model.json",
+            "calibration/calibration.json",
+            "calibration/clusters.png",
+            "print/*.json",
+            "gamut/*.json",
+            "projection/*.json",
+            "preview/*.json",
+        ),
+        optional=True,
     ),
 )
 """The stages in order: the one table from which staleness, `paxel status` and its advice are made."""
@@ -196,6 +217,9 @@ class Installation:
         for pattern in stage.upstream:
             name = pattern.format(stem=stem)
             path = self.path / name
+            if "*" in name:
+                files[name] = _all_sha256(self.path, name)
+                continue
             if not path.is_file():
                 raise InstallationError(f"{path} is missing; see what to run with: paxel status {self.path}")
             files[name] = file_sha256(path)
@@ -225,12 +249,17 @@ class Installation:
                 return
 
     def status(self) -> list[StageStatus]:
-        """State of every stage, in order; a stage after a stale or missing one is not done."""
+        """State of every stage, in order; a stage after a stale or missing one is not done.
+
+        An optional stage that was never made is left out.
+        """
         result: list[StageStatus] = []
         states: dict[str, State] = {}
         for stage in STAGES:
             status = stage_status(self, stage)
-            before = {Path(name).parts[0] for name in stage.upstream}
+            if stage.optional and status.state == "missing":
+                continue
+            before = {Path(name).parts[0] for name in stage.upstream if "*" not in name}
             behind = [name for name in before if states[name] != "done"]
             if status.state == "done" and behind:
                 status = StageStatus(stage, "stale", tuple(f"{name} is {states[name]}" for name in sorted(behind)))
@@ -311,6 +340,12 @@ def _differences(made_from: Mapping[str, Any], today: Mapping[str, Any]) -> list
     changes = [f"{key} was {then.get(key)}, is {value}" for key, value in now.items() if then.get(key) != value]
     files = made_from.get("files", {})
     return changes + [f"{name} changed" for name, digest in today["files"].items() if files.get(name) != digest]
+
+
+def _all_sha256(folder: Path, pattern: str) -> str:
+    """One hash of the names and bytes of all files that match; of none, too."""
+    lines = [f"{path.name} {file_sha256(path)}" for path in sorted(folder.glob(pattern)) if path.is_file()]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 def _stage(name: str) -> Stage:

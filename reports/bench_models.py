@@ -36,10 +36,10 @@ SETUPS: dict[str, tuple[tuple[str, ...], tuple[str, ...], int]] = {
 """Colorants, channels and number of clusters."""
 
 
-def measure(colorants: tuple[str, ...], channels: tuple[str, ...], K: int) -> dict[str, Any]:
-    """The matrices of one installation, ready for JSON."""
+def small_bench(colorants: tuple[str, ...], channels: tuple[str, ...]) -> VirtualBench:
+    """The virtual bench at `SIZE`, `realistic`: black and white as a checkerboard, other inks as tiles."""
     layout = "checkerboard" if len(colorants) == 2 else "tiles"
-    bench = VirtualBench(
+    return VirtualBench(
         BenchSetup(
             pattern=make_pattern(layout, colorants, 0.75, 30.0, (160.0, 100.0)),
             resolution=SIZE,
@@ -53,6 +53,11 @@ def measure(colorants: tuple[str, ...], channels: tuple[str, ...], K: int) -> di
             seed=0,
         )
     )
+
+
+def measure(colorants: tuple[str, ...], channels: tuple[str, ...], K: int) -> dict[str, Any]:
+    """The matrices of one installation, ready for JSON."""
+    bench = small_bench(colorants, channels)
     coverage = bench.truth.coverage()[..., : len(colorants)]
     labels = (
         np.argmax(coverage, axis=-1) if len(colorants) == K else np.minimum((coverage[..., 0] * K).astype(int), K - 1)
@@ -61,9 +66,9 @@ def measure(colorants: tuple[str, ...], channels: tuple[str, ...], K: int) -> di
     scale = 1.0
     for surface in ("white", "pattern") if len(channels) > 1 else ("pattern",):
         bench.place(surface)  # type: ignore[arg-type]
-        black = _read_XYZ(bench, np.zeros((K, len(channels))), labels)
+        black = read_XYZ(bench, np.zeros((K, len(channels))), labels)
         ones = np.eye(K * len(channels)).reshape(-1, K, len(channels))
-        A = np.array([_read_XYZ(bench, one, labels) - black for one in ones]).T
+        A = np.array([read_XYZ(bench, one, labels) - black for one in ones]).T
         if not surfaces:
             white_point = black + A.sum(axis=1)
             scale = 1.0 / white_point[1]
@@ -76,7 +81,7 @@ def measure(colorants: tuple[str, ...], channels: tuple[str, ...], K: int) -> di
     }
 
 
-def _read_XYZ(bench: VirtualBench, P: NDArray[np.float64], labels: NDArray[np.int_]) -> NDArray[np.float64]:
+def read_XYZ(bench: VirtualBench, P: NDArray[np.float64], labels: NDArray[np.int_]) -> NDArray[np.float64]:
     """Reading with device values P (K, N) on the clusters."""
     bench.show(np.rint(255 * P).astype(np.uint8)[labels])
     return spectra_to_XYZ(bench.measure())

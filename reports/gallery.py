@@ -15,23 +15,19 @@ import argparse
 import io
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from paxel_design.stages.gamut import make_gamut
-from paxel_design.stages.print_sheet import make_print
 from paxel_design.stages.projection import make_previews, make_projection_stage
-from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import linear_sRGB_to_sRGB, sRGB_to_linear_sRGB
-from paxel_runtime.model.effects import DualImage, parse_effect
+from paxel_runtime.model.effects import parse_effect
 from paxel_runtime.settings import DEMO_OVERRIDES, make_settings
-from paxel_runtime.stages import calibrate, open_devices
 from paxel_runtime.storage import write_atomically
+from reports.shared_installations import finish, photographs
 
 LARGEST_BYTES = 400_000
 OUT = Path(__file__).parent.parent / "docs" / "gallery.jpg"
@@ -65,15 +61,6 @@ ITEMS = (
     Item("cmyrgb", "dual-image", ("chelsea.png", "rocket.jpg"), "Two pictures", "tiles of six inks, seen from 6 m"),
 )
 
-PARTS = {
-    "astronaut.png": (0, 12, 512, 300),
-    "chelsea.png": (0, 20, 451, 274),
-    "coffee.png": (0, 20, 600, 358),
-    "motorcycle_left.png": (0, 60, 741, 477),
-    "rocket.jpg": (0, 67, 640, 427),
-}
-"""The part of each photograph that is shown: left, upper, right, lower."""
-
 _PICTURE = (400, 225)
 _RIM = 0.02
 """Of a view, cut off on each side: at the frame's rim the dots have no neighbours."""
@@ -83,34 +70,13 @@ _PAPER, _INK, _SOFT, _ACCENT = (250, 249, 246), (28, 28, 30), (98, 98, 102), (18
 
 
 def make_show(folder: Path, preset: str, small: bool, progress: Callable[[str, int, int], None]) -> Installation:
-    """An installation with its calibration and sub-gamuts, made or finished."""
+    """An installation with its calibration, made or finished."""
     path, size = folder / preset, DEMO_OVERRIDES if small else FULL_SIZE
     if (path / "paxel.toml").is_file():
         installation = Installation.open(path)
     else:
         installation = Installation.create(path, make_settings(preset, size | FARTHER.get(preset, {})))
-    for stage, run in (
-        ("print", lambda: make_print(installation)),
-        ("captures", lambda: capture(installation, open_devices(installation), progress)),
-        ("calibration", lambda: calibrate(installation)),
-        ("gamut", lambda: make_gamut(installation, DualImage(), "pattern", progress)),
-    ):
-        if next(s.state for s in installation.status() if s.stage.name == stage) != "done":
-            progress(f"{preset}: {stage}", 0, 1)
-            run()
-    return installation
-
-
-def photographs(folder: Path) -> dict[str, Path]:
-    """The photographs of all items as files, by name: the part of each that is shown, 16 : 9."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = {}
-    for name, box in PARTS.items():
-        paths[name] = (folder / name).with_suffix(".png")
-        if not paths[name].is_file():
-            with (files("skimage") / "data" / name).open("rb") as file, Image.open(file) as image:
-                image.convert("RGB").crop(box).save(paths[name])
-    return paths
+    return finish(installation, progress)
 
 
 def views(folder: Path, small: bool, progress: Callable[[str, int, int], None]) -> list[tuple[Item, list[Path]]]:

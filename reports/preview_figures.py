@@ -20,16 +20,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from paxel_design.stages.gamut import make_gamut
-from paxel_design.stages.print_sheet import make_print
 from paxel_design.stages.projection import make_previews
-from paxel_runtime.captures.acquisition import capture
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.effects import DualImage
 from paxel_runtime.observer import preview_words
 from paxel_runtime.settings import DEMO_OVERRIDES, make_settings
-from paxel_runtime.stages import calibrate, looks_of, open_devices, project
+from paxel_runtime.stages import looks_of, project
 from paxel_runtime.storage import write_image
-from reports.gallery import FULL_SIZE, photographs
+from reports.gallery import FULL_SIZE
+from reports.shared_installations import finish, photographs
 
 REFERENCE = Path(__file__).parent / "reference" / "preview_figures.json"
 PAIRS = {
@@ -69,15 +68,9 @@ def make_show(folder: Path, settings: dict[str, Any]) -> Installation:
         installation = Installation.open(folder)
     else:
         installation = Installation.create(folder, make_settings("bw-checkerboard", settings))
-    for stage, run in (
-        ("print", lambda: make_print(installation)),
-        ("captures", lambda: capture(installation, open_devices(installation), lambda *_: None)),
-        ("calibration", lambda: calibrate(installation)),
-        ("gamut", lambda: make_gamut(installation, DualImage(), "pattern", lambda *_: None)),
-    ):
-        if next(s.state for s in installation.status() if s.stage.name == stage) != "done":
-            print(stage, flush=True)
-            run()
+    finish(installation, lambda message, *_: print(message, flush=True))
+    if next(s.state for s in installation.status() if s.stage.name == "gamut") != "done":
+        make_gamut(installation, DualImage(), "pattern", lambda *_: None)
     return installation
 
 

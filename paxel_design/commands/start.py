@@ -30,6 +30,8 @@ def new(dir: Dir, preset: Preset = "bw-checkerboard", set: Set = None, as_json: 
 
 def status(dir: Dir, as_json: Json = False) -> None:
     """Tell what is done, stale or missing, why, and which command comes next."""
+    from paxel_runtime.installation import STAGES
+
     installation = open_installation(dir)
     stages = installation.status()
     todo = next((s for s in stages if s.state != "done"), None)
@@ -42,6 +44,10 @@ def status(dir: Dir, as_json: Json = False) -> None:
     colours = {"done": "green", "stale": "yellow", "missing": "red"}
     for s in stages:
         table.add_row(s.stage.name, f"[{colours[s.state]}]{s.state}[/]", escape("\n".join(s.reasons)))
+    told = {s.stage.name for s in stages}
+    for stage in STAGES:
+        if stage.name not in told:
+            table.add_row(stage.name, "-", escape(f"when you like: paxel {stage.command} {dir}"))
     console = Console(highlight=False)
     console.print(table)
     console.print(f"next: {next_command}" if next_command else "everything is up to date")

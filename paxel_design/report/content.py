@@ -44,7 +44,7 @@ __all__ = [
 sRGB8 = NDArray[np.uint8]
 """(h, w, 3) sRGB codes."""
 
-Value = float | int | str | bool | tuple[float, ...]
+Value = float | int | str | bool | tuple[float, ...] | tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Quantity:
 
     Attributes
     ----------
-    value : float, int, str, bool or tuple of float
+    value : float, int, str, bool, tuple of float or tuple of str
     unit : str
         "dE00", "L*", "CIELAB^3", "mm", "%", ...; empty for counts and words.
     source : str
@@ -254,8 +254,9 @@ def quoted(quantity: Quantity) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
-        words = [_number(part, quantity.digits) for part in value]
-        return " to ".join(words) if len(words) == 2 else ", ".join(words)
+        words = [part if isinstance(part, str) else _number(part, quantity.digits) for part in value]
+        numbers = not any(isinstance(part, str) for part in value)
+        return " to ".join(words) if len(words) == 2 and numbers else ", ".join(words)
     return _number(value, quantity.digits)
 
 

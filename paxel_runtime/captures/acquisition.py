@@ -292,6 +292,7 @@ def _sort(installation: Installation, folder: Path, progress: Callable[[str], No
         valid=sorting.valid,
         nodal=sorting.nodal,
         **{f"camera_xy_{name}": table.camera_xy for name, table in sorting.registration.items()},
+        **{f"residual_rms_px_{name}": table.residuals.rms_px for name, table in sorting.registration.items()},
     )
     if sorting.coverage is not None:
         write_npz(folder / "coverages.npz", coverage=sorting.coverage)

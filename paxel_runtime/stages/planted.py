@@ -17,13 +17,16 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from paxel_runtime.frame_files import read_frame
-from paxel_runtime.installation import STAGES, Installation
+from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import Lab_to_sRGB, sRGB_to_Lab
 from paxel_runtime.model.effects import parse_effect
 from paxel_runtime.observer import plant_mark, planted_mark
 from paxel_runtime.stages.projection import project
 
 __all__ = ["codes_with_mark"]
+
+_NOT_BORROWED = ("projection", "preview", "report")
+"""What a mark's projection makes for itself, and what comes after it."""
 
 
 def codes_with_mark(
@@ -57,7 +60,7 @@ def codes_with_mark(
 def _borrow(installation: Installation, beside: Installation) -> None:
     """What a projection is made from, seen from another folder too."""
     for entry in installation.path.resolve().iterdir():
-        if entry.name in [stage.name for stage in STAGES[-2:]] or entry.name.startswith("."):
+        if entry.name in _NOT_BORROWED or entry.name.startswith("."):
             continue
         try:
             (beside.path / entry.name).symlink_to(entry, target_is_directory=entry.is_dir())

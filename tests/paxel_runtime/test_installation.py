@@ -20,6 +20,7 @@ RECORDS = {
     "gamut": ["full.on-pattern.json"],
     "projection": ["dual-image.json", "dual-image.png"],
     "preview": ["dual-image.json"],
+    "report": ["report.json"],
 }
 
 
@@ -83,7 +84,7 @@ def test_a_changed_key_makes_its_stage_and_all_after_it_stale(
     installation = fill()
     _set(installation.path, key, value)
     states = _states(installation.path)
-    names = [stage.name for stage in STAGES]
+    names = list(states)
     # projection does not read the gamut folder's files but the model, so gamut alone may stay done before it
     after = [n for n in names[names.index(first_stale) :] if not (first_stale == "projection" and n == "gamut")]
     assert all(states[name] == "stale" for name in after), states
@@ -112,6 +113,26 @@ def test_a_lost_file_is_told_and_never_breaks_the_status(
     states = _states(installation.path)
     assert next(name for name, state in states.items() if state != "done") == first_not_done
     assert states["preview"] != "done"
+
+
+def test_a_report_is_optional_and_stale_when_anything_it_may_tell_changes(fill: Callable[..., Installation]) -> None:
+    assert "report" not in _states(fill().path)  # never made: nobody is told to
+    installation = fill(until="report")
+    assert _states(installation.path)["report"] == "done"
+    further = installation.folder("gamut") / "further.json"
+    write_json(further, {"inputs": installation.inputs("gamut")})
+    assert _states(installation.path)["report"] == "stale"
+    further.unlink()
+    assert _states(installation.path)["report"] == "done"
+    (installation.folder("preview") / "dual-image.json").unlink()
+    assert _states(installation.path)["report"] == "stale"
+    for stage in ("gamut", "projection", "preview"):  # it tells what there is
+        for file in installation.folder(stage).iterdir():
+            file.unlink()
+    write_json(installation.folder("report") / "report.json", {"inputs": installation.inputs("report")})
+    assert _states(installation.path)["report"] == "done"
+    _set(installation.path, "viewing.distance_mm", 3000.0)
+    assert _states(installation.path)["report"] == "stale"
 
 
 def test_require_names_the_stage_the_reason_and_the_command(fill: Callable[..., Installation]) -> None:

@@ -1,3 +1,5 @@
-"""report.html: the sections in one file that needs no network."""
+"""The report as one HTML file that works offline, with bodies that turn."""
 
-__all__: list[str] = []
+from paxel_design.report.html.page import write_html
+
+__all__ = ["write_html"]

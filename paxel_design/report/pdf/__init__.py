@@ -1,3 +1,5 @@
 """report.pdf: the sections set on A4 pages."""
 
-__all__: list[str] = []
+from paxel_design.report.pdf.document import write_pdf
+
+__all__ = ["write_pdf"]
