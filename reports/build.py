@@ -14,6 +14,7 @@ import argparse
 import contextlib
 import io
 import multiprocessing
+import os
 import shutil
 import sys
 import time
@@ -24,6 +25,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: threads that wait for each other cost a third
 if not __package__:  # python reports/build.py: the toolkit that is installed, and the scripts beside this one
     sys.path[0:1] = []
     sys.path.append(str(Path(__file__).resolve().parent.parent))
@@ -55,14 +57,18 @@ NAMES = (
     "fig09_uv_color",
     "fig10_uv_gamut",
     "section5c_times",
+    "fig13_dot_size_and_clusters",
     "fig15_image_based",
 )
 """Scripts in the paper's order."""
 
+STUDIES = ("fig13_dot_size_and_clusters",)
+"""Many calibrations each: minutes even at the quick size, so that they run at it only when asked for by name."""
+
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one script ended, and what it said."""
+    """How one script ended, and what it complained of."""
 
     name: str
     code: int
@@ -79,7 +85,7 @@ def run_script(name: str, arguments: Sequence[str]) -> Outcome:
     """Run one script in this process."""
     said = io.StringIO()
     module = import_module(f"reports.{name}")
-    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+    with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()):
         code = run_item(module.ITEM, module.make, arguments)
     return Outcome(name, code, said.getvalue().strip())
 
@@ -134,12 +140,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Build, compare, tell."""
     options = argparse.ArgumentParser(description="The paper's figures and tables, made anew and checked")
     options.add_argument("--quick", action="store_true", help="small installations and samples")
-    options.add_argument("--only", nargs="+", choices=NAMES, metavar="NAME", default=NAMES, help=", ".join(NAMES))
+    options.add_argument("--only", nargs="+", choices=NAMES, metavar="NAME", help=", ".join(NAMES))
     options.add_argument("--jobs", type=int, default=1, help="scripts at a time (each uses all cores where it can)")
     options.add_argument("--fresh", action="store_true", help="forget what is in reports/build, after a change of code")
     options.add_argument("--installation", type=Path, help="a ready one, used as the shared one of the same settings")
     options.add_argument("--write-reference", action="store_true", help="what was made is right from now on")
     chosen = options.parse_args(arguments)
+    names = chosen.only or [name for name in NAMES if not (chosen.quick and name in STUDIES)]
     began = time.perf_counter()
     folder = BUILD / "quick" if chosen.quick else BUILD
     if chosen.fresh:
@@ -148,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if chosen.installation:
             print(f"{chosen.installation} is used as {adopt(chosen.installation, chosen.quick)}")
-        outcomes = build(chosen.only, chosen.quick, chosen.jobs)
+        outcomes = build(names, chosen.quick, chosen.jobs)
     except PaxelError as error:
         print(f"build: {error}", file=sys.stderr)
         return 1

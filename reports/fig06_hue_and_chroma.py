@@ -59,7 +59,7 @@ def make(run: Run) -> Result:
     relations["the larger hue shift has less chroma"] = large < small
     picture = f"{ITEM.name}.jpg"
     write_sheet(run.folder / picture, groups, "Hue and chroma", "after the paper's Fig. 6; exposed as the eye adapts")
-    turns = ", ".join(f"{figures[f'{words}: hue turned'].value:.0f}" for words in chosen)
+    turns = " and ".join(f"{figures[f'{words}: hue turned'].value:.0f}" for words in chosen[:2])
     ours = f"hue turned by {turns} degrees; mean chroma {small:.0f} at 45 degrees, {large:.0f} at 135; lightness kept"
     return Result(ours, figures, relations, (picture,))
 

@@ -2,7 +2,8 @@
 
 The paper evaluates dots of 1.0, 0.75 and 0.5 mm and shows that K = 3 gains most of what more clusters can. Ours is the
 study that `paxel study` makes by default: nine calibrations on the virtual bench, 3 minutes on 2 idle cores; what is
-finished in the folder is not measured again. Nothing is fitted to the relations.
+finished in the folder is not measured again. Pixels are sorted by k-means; of K = 5 clusters of a black-and-white print
+three are edges. Nothing is fitted to the relations.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ SMALL: dict[str, Any] = {
 SHARED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "bw-checkerboard": (FULL, QUICK),
     "cmyrgb": (FULL, SMALL | {"model.correction": "off"}),
-    "uv-rgb": (FULL, SMALL),
+    "uv-rgb": (FULL, QUICK | {"pattern.size_mm": [84.0, 52.0]}),
 }
 """Presets, and what the full and the quick size change in them."""
 
@@ -195,7 +195,7 @@ def show_all(
 
 def seen_row(shown: Shown, words: str) -> tuple[Tile, ...]:
     """Source pictures, then both views with their figures."""
-    tiles = [Tile(read_image(path), f"source: {path.stem}") for path in shown.sources.values()]
+    tiles = [Tile(read_image(path), f"source: {path.stem.replace('_', ' ')}") for path in shown.sources.values()]
     for surface, where in (("pattern", "on the print"), ("white", "on the white sheet")):
         if f"on_{surface}" in shown.preview:
             tiles.append(Tile(shown.picture(surface), f"{words}, {where}", view_note(shown, surface), emphasis=True))

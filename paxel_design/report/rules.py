@@ -123,7 +123,7 @@ RULES: dict[str, Rule] = {
         30.0,
         15.0,
         "the smaller of both surfaces; adaptive mapping keeps 40 % of a photograph's local contrast at 30, 20 % at 15",
-        "larger dots, a darker ink, one cluster more, or a gray second surface",
+        "a finer projector, larger dots or a darker ink: the chapter What would make it better has the gain of each",
     ),
     "hue-area": Rule(
         "colours whose hue can turn",

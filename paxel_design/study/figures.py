@@ -65,8 +65,8 @@ def _draw_layout(panels: Any, name: str, cases: Mapping[Case, Figures]) -> None:
     ):
         _draw_lightness(panels[0, column], what, series)
         _draw_hue(panels[1, column], what, series)
-    _draw_all(panels[0, 2], "free lightness on the pattern x on white", dots, counts, of, _rectangle_area)
-    _draw_all(panels[1, 2], "colours whose hue can turn by 180°, a* x b*", dots, counts, of, _hue_area)
+    _draw_all(panels[0, 2], "lightness rectangle, L* x L*", dots, counts, of, _rectangle_area)
+    _draw_all(panels[1, 2], "hues that can turn by 180°, a* x b*", dots, counts, of, _hue_area)
 
 
 def _draw_lightness(panel: Axes, title: str, series: Mapping[str, Figures]) -> None:
@@ -93,7 +93,7 @@ def _draw_hue(panel: Axes, title: str, series: Mapping[str, Figures]) -> None:
         panel.plot(*_closed(np.array(found["hue"]["polygon_any"])), color=color, linestyle=line, label=label)
     panel.set(xlabel="a* on the pattern", ylabel="b* on the pattern", title=title)
     panel.set_aspect("equal", adjustable="datalim")
-    panel.legend(loc="center", title="area", title_fontsize=7.5)
+    panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, title="area", title_fontsize=7.5)
 
 
 def _draw_all(

@@ -10,7 +10,6 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
@@ -110,8 +109,8 @@ def _make_stages(installation: Installation, tell: Tell) -> None:
         tell(f"capture, {message}", first + (last - first) * done / max(total, 1))
 
     runs: dict[str, Callable[[], object]] = {
-        "print": partial(make_print, installation),
-        "captures": lambda: capture(installation, open_devices(installation), telling),
+        "print": lambda: make_print(installation),
+        "captures": lambda: capture(installation, open_devices(installation, kind="virtual"), telling),
         "calibration": lambda: calibrate(
             installation, lambda message: tell(f"calibrate, {message}", _SHARES["calibration"])
         ),

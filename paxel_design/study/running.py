@@ -31,7 +31,7 @@ __all__ = ["COLUMNS", "default_jobs", "run_study"]
 Progress = Callable[[str, int, int], None]
 
 JOB_BYTES = 10**9
-"""Memory that one job may need at the default frame, with some to spare (measured: 0.5 GB)."""
+"""Memory that one job may need at the default frame, with some to spare (measured: 0.42 GB)."""
 
 _SHOWN = 3
 """Cases under way that are named."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from paxel_design.what_if.figures import Room, room_of
 from paxel_design.what_if.light import black_level
+from paxel_design.what_if.pixels import Pixels, pixels_of
 from paxel_design.what_if.simulated_print import Lighting, simulated_print
 from paxel_runtime.errors import InstallationError
 from paxel_runtime.installation import Installation
@@ -51,6 +52,8 @@ class Case:
     room : Room
     printed : PrintCase or None
         None for a model alone.
+    pixels : Pixels or None
+        None where no calibration left them.
     records : mapping of str to dict
         The stages' records, by path.
     """
@@ -58,6 +61,7 @@ class Case:
     model: PredictionModel
     room: Room
     printed: PrintCase | None = None
+    pixels: Pixels | None = None
     records: Mapping[str, dict[str, Any]] = field(default_factory=dict)
 
 
@@ -74,15 +78,14 @@ def case_of(
         If the model has no gamut.
     """
     linear = model.linear
-    printed = None
-    if installation is not None:
-        try:
-            pattern = printed_pattern(installation)
-        except InstallationError:  # no print: what the matrices allow
-            pattern = None
-        if pattern is not None:
-            printed = _print_case(linear, pattern, installation.settings)
-    return Case(linear, room_of(linear), printed, dict(records or {}))
+    room = room_of(linear)
+    if installation is None:
+        return Case(linear, room, records=dict(records or {}))
+    try:
+        printed = _print_case(linear, printed_pattern(installation), installation.settings)
+    except InstallationError:  # no print is left: what the matrices allow
+        return Case(linear, room, records=dict(records or {}))
+    return Case(linear, room, printed, pixels_of(installation), dict(records or {}))
 
 
 def _print_case(model: PredictionModel, pattern: Pattern, settings: Settings) -> PrintCase:

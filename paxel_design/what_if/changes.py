@@ -17,9 +17,11 @@ AIMS: dict[Aim, str] = {
 }
 """What changes are for, in the order in which they are told."""
 
-Basis = Literal["matrices", "print", "viewer", "records"]
+Basis = Literal["matrices", "pixels", "print", "viewer", "records"]
 BASES: dict[Basis, str] = {
     "matrices": "computed exactly from the measured matrices",
+    "pixels": "computed as the measured figure times the ratio of two models of the installation's own pixels, sorted "
+    "in the other way and in the present one",
     "print": "computed as the measured figure times the ratio of two simulated prints, the changed one and the present",
     "viewer": "computed from the design's spectrum and the sensitivity of the eye",
     "records": "computed from the records of calibration, projection and preview",
@@ -118,7 +120,8 @@ def helpful(changes: Sequence[Change]) -> tuple[Change, ...]:
     """Those not in use that help, by aim and then by gain, the largest first."""
     order = list(AIMS)
     found = [change for change in changes if change.helps and not change.in_use and not change.objection]
-    return tuple(sorted(found, key=lambda c: (order.index(c.aim), -(float("inf") if c.gain is None else c.gain))))
+    # from nothing to something has no ratio: then the most of it
+    return tuple(sorted(found, key=lambda c: (order.index(c.aim), c.gain is not None, -(c.gain or 0.0), -c.after)))
 
 
 def idle(changes: Sequence[Change]) -> tuple[Change, ...]:

@@ -12,7 +12,7 @@ from paxel_design.patterns.snapping import FEWEST_PIXELS
 from paxel_design.visibility.s_cielab import colorants_to_XYZ
 from paxel_design.what_if.case import Case, PrintCase
 from paxel_design.what_if.changes import Change, Number, option
-from paxel_design.what_if.effect import EFFECT_WORDS, change_of_room, effect_numbers, scaled_room
+from paxel_design.what_if.effect import EFFECT_WORDS, change_of_room, effect_numbers, room_of_sorting, scaled_room
 from paxel_design.what_if.figures import Room, room_of
 from paxel_design.what_if.light import with_columns
 from paxel_design.what_if.simulated_print import simulated_print
@@ -110,7 +110,7 @@ def cluster_counts(case: Case, printed: PrintCase) -> Iterator[Change]:
     for count in (K - 1, K + 1, K + 2):
         if count < least or count * N > _MOST_INPUTS:
             continue
-        room = scaled_room(case, printed, printed.pattern, K=count)
+        room, basis = room_of_sorting(case, printed, count, printed.lighting.sorted_by)
         if room is None:
             continue
         yield change_of_room(
@@ -118,7 +118,7 @@ def cluster_counts(case: Case, printed: PrintCase) -> Iterator[Change]:
             f"clusters-{count}",
             "{count} clusters in place of {count_now}",
             room,
-            "print",
+            basis,
             "no new print; {readings} readings of single clusters in place of {readings_now}, and "
             + ("longer" if count > K else "shorter")
             + " computing times",
@@ -136,14 +136,14 @@ def sorting(case: Case, printed: PrintCase) -> Iterator[Change]:
     """Pixels sorted by the registered design in place of their colours."""
     if printed.lighting.sorted_by == "design":
         return
-    room = scaled_room(case, printed, printed.pattern, sorted_by="design")
+    room, basis = room_of_sorting(case, printed, printed.lighting.K, "design")
     if room is not None:
         yield change_of_room(
             case,
             "sorted-by-design",
             "Pixels sorted by the known pattern",
             room,
-            "print",
+            basis,
             "no new print; the pattern has to be found in the camera's picture",
             'method = "design" under [clusters], then paxel capture, paxel calibrate',
         )

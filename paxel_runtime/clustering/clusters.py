@@ -8,13 +8,13 @@ pixel half on black and half on white is much nearer to white in CIELAB.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, Literal
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
@@ -40,6 +40,7 @@ Boundary = Literal["light", "nearest"]
 """Where clusters meet: half-way in light, or half-way in CIELAB (the paper)."""
 
 _EDGE_MIXTURES = (0.25, 0.5, 0.75)
+_BAND_ROWS = 32
 _SHARES = np.linspace(0.0, 1.0, 101)
 
 _Array = NDArray[np.float64]
@@ -171,9 +172,12 @@ def cluster(
 
 
 def _label_in_bands(nodal_XYZ: NDArray[np.float32], valid: NDArray[np.bool_], *how: Any) -> tuple[Any, ...]:
-    """`label_by_light` on bands of rows side by side: the whole map of labels, and the other results summed."""
-    bands = np.array_split(np.arange(len(valid)), 4 * (os.cpu_count() or 1))
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    """`label_by_light` on bands of rows side by side: the whole map of labels, and the other results summed.
+
+    The bands do not depend on the machine, so that the sums do not either.
+    """
+    bands = np.array_split(np.arange(len(valid)), max(1, len(valid) // _BAND_ROWS))
+    with ThreadPoolExecutor(numba.get_num_threads()) as pool:
         parts = list(
             pool.map(
                 lambda rows: label_by_light(
@@ -181,7 +185,7 @@ def _label_in_bands(nodal_XYZ: NDArray[np.float32], valid: NDArray[np.bool_], *h
                     np.ascontiguousarray(valid[rows[0] : rows[-1] + 1]),
                     *how,
                 ),
-                [rows for rows in bands if len(rows)],
+                bands,
             )
         )
     labels, *sums = zip(*parts, strict=True)

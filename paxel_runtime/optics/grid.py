@@ -7,13 +7,12 @@ by point samples; sums over samples are integrals. This file knows no physics.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import get_num_threads, njit
 from numpy.typing import NDArray
 
 from paxel_runtime.numba_options import KERNEL
@@ -66,13 +65,13 @@ class FineGrid(NamedTuple):
 
 
 def in_bands(work: Callable[[int, int], None], rows: int, band: int) -> None:
-    """Call ``work(start, stop)`` for bands of rows, on as many threads as there are processors.
+    """Call ``work(start, stop)`` for bands of rows, on as many threads as numba may use.
 
     The kernels release the interpreter's lock, so that bands run side by side; each writes its own rows, so that the
     result does not depend on their order.
     """
     starts = range(0, rows, band)
-    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(max_workers=get_num_threads()) as pool:
         for done in [pool.submit(work, start, min(start + band, rows)) for start in starts]:
             done.result()
 

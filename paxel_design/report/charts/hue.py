@@ -9,6 +9,7 @@ import matplotlib
 import numpy as np
 from numpy.typing import ArrayLike
 
+from paxel_design.report.charts.cells import add_cells
 from paxel_design.report.charts.style import GRAYS, PALETTE, TEXT_WIDTH_MM, new_figure, style
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["hue_chart"]
 
-_RING_L, _RING_PATCHES = 65.0, 72
+_RING_L, _RING_CHROMA, _RING_CELLS = 65.0, 45.0, 90
 
 
 def hue_chart(areas: Mapping[float, tuple[ArrayLike, ArrayLike]]) -> Figure:
@@ -40,9 +41,9 @@ def hue_chart(areas: Mapping[float, tuple[ArrayLike, ArrayLike]]) -> Figure:
                       "lightnesses")  # fmt: skip
             axes.fill(*_closed(every).T, facecolor="white", edgecolor=PALETTE[0], hatch="////", linestyle="--",
                       linewidth=1.2, label="all: at every lightness of the halved rectangle")  # fmt: skip
-            axes.set(title=f"hue turned by {angle:g}°", xlabel="a*", aspect="equal")
+            axes.set(title=f"hue turned by {angle:g}°", xlabel="a*: green to red", aspect="equal")
             axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        panels[0].set_ylabel("b*")
+        panels[0].set_ylabel("b*: blue to yellow")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=2)
     return figure
@@ -53,13 +54,10 @@ def _closed(polygon: ArrayLike) -> Any:
 
 
 def _add_ring(axes: Any, reach: float) -> None:
-    """Which way each hue lies: patches of colour along a circle at the edge of the drawing."""
-    step = 360 / _RING_PATCHES
-    for k in range(_RING_PATCHES):
-        hue = np.deg2rad(k * step)
-        colour = np.clip(Lab_to_sRGB(np.array([_RING_L, 45 * np.cos(hue), 45 * np.sin(hue)])), 0, 1)
-        axes.add_patch(
-            matplotlib.patches.Wedge(
-                (0, 0), 0.98 * reach, (k - 0.5) * step, (k + 0.5) * step, width=0.05 * reach, color=colour, linewidth=0
-            )
-        )
+    """Which way each hue lies: cells of colour along a circle at the edge of the drawing."""
+    hue = 2 * np.pi * np.arange(_RING_CELLS + 1) / _RING_CELLS
+    rim = np.stack((np.cos(hue), np.sin(hue)), axis=1)
+    corners = reach * np.stack((0.93 * rim[:-1], 0.98 * rim[:-1], 0.98 * rim[1:], 0.93 * rim[1:]), axis=1)
+    middle = (rim[:-1] + rim[1:]) / 2
+    Lab = np.column_stack((np.full(_RING_CELLS, _RING_L), _RING_CHROMA * middle))
+    add_cells(axes, corners, np.clip(Lab_to_sRGB(Lab), 0, 1))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
 from numpy.typing import ArrayLike
 
+from paxel_design.report.charts.cells import add_cells, boxes
 from paxel_design.report.charts.style import GRAYS, PALETTE, new_figure, style
 from paxel_runtime.model.colorimetry import Lab_to_sRGB
 
@@ -64,7 +64,9 @@ def lightness_chart(
 def _add_ramps(axes: Any) -> None:
     """What the numbers on the axes look like."""
     edges = np.linspace(0, 100, _PATCHES + 1)
-    for low, high in pairwise(edges):
-        gray = np.clip(Lab_to_sRGB(np.array([(low + high) / 2, 0.0, 0.0])), 0, 1)
-        for place, size in (((low, -_RAMP), (high - low, _RAMP)), ((-_RAMP, low), (_RAMP, high - low))):
-            axes.add_patch(matplotlib.patches.Rectangle(place, *size, facecolor=gray, linewidth=0))
+    along, across = np.stack((edges[:-1], edges[1:]), axis=1), [[-_RAMP, 0.0]]
+    grays = np.zeros((_PATCHES, 3))
+    grays[:, 0] = along.mean(axis=1)
+    colours = np.clip(Lab_to_sRGB(grays), 0, 1)
+    for corners in (boxes(along, across), boxes(across, along)):
+        add_cells(axes, corners, colours)

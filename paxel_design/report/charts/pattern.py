@@ -15,13 +15,14 @@ from paxel_design.report.charts.style import GRAYS, PALETTE, new_figure, style
 from paxel_design.visibility import LayoutSpectrum, moire_picture, radial_average
 from paxel_design.visibility.moire import Partition
 from paxel_design.visibility.sensitivity import cycles_per_degree, luminance_sensitivity
+from paxel_runtime.model.colorimetry import linear_sRGB_to_sRGB
 from paxel_runtime.model.pattern import Pattern
 from paxel_runtime.observer import eye_sigma_mm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["MOIRE_GAIN", "crop_with_ruler", "moire_crop", "spectrum_chart"]
+__all__ = ["MOIRE_GAIN", "crop_with_ruler", "moire_pictures", "spectrum_chart"]
 
 MOIRE_GAIN = 10.0
 """How much the moire's contrast is raised in its picture."""
@@ -132,15 +133,15 @@ def crop_with_ruler(pattern: Pattern, width_mm: float, height_mm: float) -> NDAr
     return np.asarray(image)
 
 
-def moire_crop(
+def moire_pictures(
     pattern: Pattern, pitch_mm: float, distance_mm: float, *, K: int, partition: Partition
-) -> NDArray[np.uint8]:
-    """A lit cluster as it reaches the eye at a distance, its contrast raised `MOIRE_GAIN` times: what is left is moire.
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """A lit cluster a pixel a pixel, and as it reaches the eye at a distance: what is left there is moire.
 
     Returns
     -------
-    (320, 320, 3) uint8 array
-        sRGB; mean luminance is middle gray.
+    lit, seen : (320, 320, 3) uint8 arrays
+        sRGB. The contrast of `seen` is raised `MOIRE_GAIN` times about middle gray.
     """
     sigma_px = eye_sigma_mm(distance_mm) / pitch_mm
     rim = min(int(np.ceil(3 * sigma_px)), _MOIRE_PX)
@@ -148,4 +149,6 @@ def moire_crop(
     blurred = gaussian_filter(lit, sigma_px, mode="reflect", truncate=3.0)[rim:-rim, rim:-rim]
     seen = blurred / max(float(blurred.mean()), 1e-9)
     gray = np.clip(0.5 + 0.5 * MOIRE_GAIN * (seen - 1.0), 0.0, 1.0)
-    return np.repeat(np.rint(255 * gray).astype(np.uint8)[..., None], 3, axis=2)
+    own = linear_sRGB_to_sRGB(np.clip(lit[rim:-rim, rim:-rim], 0.0, 1.0))
+    first, second = (np.repeat(np.rint(255 * one).astype(np.uint8)[..., None], 3, axis=2) for one in (own, gray))
+    return first, second

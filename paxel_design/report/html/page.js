@@ -2,6 +2,7 @@
 "use strict";
 
 (() => {
+  const nav = document.querySelector("nav");
   const fold = document.querySelector(".fold");
   fold.addEventListener("click", () => {
     fold.setAttribute("aria-expanded", String(fold.getAttribute("aria-expanded") !== "true"));
@@ -14,8 +15,11 @@
   const follow = new IntersectionObserver(
     (seen) => {
       for (const { target, isIntersecting } of seen) {
-        if (isIntersecting) entries.get(target.id).setAttribute("aria-current", "true");
-        else entries.get(target.id).removeAttribute("aria-current");
+        const entry = entries.get(target.id);
+        if (isIntersecting) entry.setAttribute("aria-current", "true");
+        else entry.removeAttribute("aria-current");
+        // Long contents scroll along.
+        if (isIntersecting) nav.scrollTop = entry.offsetTop - nav.clientHeight / 3;
       }
     },
     { rootMargin: "-33% 0px -66% 0px" },

@@ -59,7 +59,7 @@ def page_html(sections: Sequence[Section], *, title: str, subtitle: str, bench: 
     scenes = [block for section in sections for block in section.blocks if isinstance(block, Scene)]
     stills = scene_stills(scenes)
     plotly = _plotly() if scenes else ""
-    scripts = [_shipped("page.js"), *([_shipped("scenes.js")] if scenes else [])]
+    scripts = [_shipped(name) for name in ("page.js", *(("bodies.js", "scenes.js") if scenes else ()))]
     data = [
         tag("script", scene_data(scenes), type="application/json", id="scene-data"),
         tag("script", plotly, type="text/plain", id="plotly"),

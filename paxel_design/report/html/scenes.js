@@ -10,107 +10,39 @@
   const MAX_LIVE = 3;
   const SETTLE_MS = 250; // a reader who scrolls past does not start a scene
   const ELEVATION_DEG = 22; // of both standard views, as in the stills
-  const FIT = 2.55; // scale at which the axes with their numbers fit into the frame
+  const FIT = 2.7; // scale at which the axes with their numbers fit into the frame
   const ZOOM_STEP = 1.25;
   const TURN_DEG = 10;
   const PICTURE_PX = { width: 1200, height: 800 };
   const CONFIG = { displayModeBar: false, scrollZoom: false, responsive: true };
-  // Plotly's own light fails in parallel projection, so it is painted: full on faces towards it, a third on those away.
-  const NO_LIGHT = { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 };
-  const LIGHT_FROM = [0.1, -0.45, 0.89]; // as (a*, b*, L*)
+  const NO_LIGHT = { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 }; // it is painted on the bodies
   const NO_WEBGL = "This browser offers no WebGL, so the bodies cannot be turned; the picture shows the first standard view.";
 
-  const data = JSON.parse(document.getElementById("scene-data").textContent);
-  const decoded = new Map();
-  const paints = new Map();
+  const { azimuths, scenes, shapeOf, paintOf, rangesOf } = paxelBodies;
   const states = new Map(); // figure -> what the reader has done to it
   const live = new Set(); // figures that are drawn, the one used last at the end
-
-  const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
-
-  function meshOf(id) {
-    if (!decoded.has(id)) {
-      const { vertices, Lab, rgb, faces, wide } = data.meshes[id];
-      const axes = new Float32Array(bytes(Lab));
-      const corners = wide ? new Uint32Array(bytes(faces)) : new Uint16Array(bytes(faces));
-      const thirds = (array) => [0, 1, 2].map((k) => array.subarray((k * array.length) / 3, ((k + 1) * array.length) / 3));
-      const [L, a, b] = thirds(axes);
-      const mesh = { vertices, L, a, b, corners: thirds(corners), rgb: new Uint8Array(bytes(rgb)) };
-      decoded.set(id, { ...mesh, shades: shadesOf(mesh) });
-    }
-    return decoded.get(id);
-  }
-
-  // How bright each vertex is, 0.3 to 1, from the mean normal of its faces.
-  function shadesOf({ vertices, L, a, b, corners }) {
-    const normals = [0, 1, 2].map(() => new Float64Array(vertices));
-    const axes = [a, b, L];
-    for (let face = 0; face < corners[0].length; face++) {
-      const [p, q, r] = corners.map((corner) => corner[face]);
-      const u = axes.map((axis) => axis[q] - axis[p]);
-      const v = axes.map((axis) => axis[r] - axis[p]);
-      for (let k = 0; k < 3; k++) {
-        const [m, n] = [(k + 1) % 3, (k + 2) % 3];
-        const across = u[m] * v[n] - u[n] * v[m];
-        for (const vertex of [p, q, r]) normals[k][vertex] += across;
-      }
-    }
-    return Float32Array.from(L, (_, vertex) => {
-      const normal = normals.map((axis) => axis[vertex]);
-      const towards = normal.reduce((sum, part, k) => sum + part * LIGHT_FROM[k], 0) / (Math.hypot(...normal) || 1);
-      return 0.65 + 0.35 * towards;
-    });
-  }
-
-  // The colours of a body's vertices in the light: of one colour, "#rrggbb", or as displayed.
-  function painted(id, color) {
-    const key = `${id} ${color}`;
-    if (!paints.has(key)) {
-      const mesh = meshOf(id);
-      const own = color && [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
-      const colors = Array.from(mesh.shades, (shade, vertex) => {
-        const rgb = own || mesh.rgb.subarray(3 * vertex, 3 * vertex + 3);
-        return `rgb(${Math.round(shade * rgb[0])},${Math.round(shade * rgb[1])},${Math.round(shade * rgb[2])})`;
-      });
-      paints.set(key, colors); // plotly compares arrays by identity: a turn does not build the bodies anew
-    }
-    return paints.get(key);
-  }
 
   const plain = (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;"); // plotly reads tags in texts
 
   function traces(state) {
-    return state.bodies.map((body, k) => {
-      const mesh = meshOf(body.mesh);
-      const [i, j, l] = mesh.corners;
-      return {
-        type: "mesh3d",
-        name: plain(body.label),
-        x: mesh.a, y: mesh.b, z: mesh.L,
-        i, j, k: l,
-        vertexcolor: painted(body.mesh, state.displayed ? null : body.color),
-        color: body.color ?? "#808080", // of the legend in a saved picture
-        opacity: body.opacity,
-        visible: !state.hidden.has(k),
-        showlegend: Boolean(body.label),
-        lighting: NO_LIGHT,
-        hovertemplate: "L* %{z:.1f}<br>a* %{x:.1f}<br>b* %{y:.1f}<extra>%{fullData.name}</extra>",
-      };
-    });
+    return state.bodies.map((body, depth) => ({
+      type: "mesh3d",
+      name: plain(body.label),
+      ...shapeOf(body.mesh, depth),
+      vertexcolor: paintOf(body.mesh, state.displayed ? null : body.color),
+      color: body.color ?? "#808080", // of the legend in a saved picture
+      opacity: body.opacity,
+      visible: !state.hidden.has(depth),
+      showlegend: Boolean(body.label),
+      lighting: NO_LIGHT,
+      hovertemplate: "L* %{z:.0f}<br>a* %{x:.0f}<br>b* %{y:.0f}<extra>%{fullData.name}</extra>",
+    }));
   }
 
-  // Ranges of all bodies, hidden ones too: nothing jumps when one is hidden.
-  function rangesOf(bodies) {
-    const range = (axis, pad) => {
-      let low = Infinity, high = -Infinity;
-      for (const body of bodies) for (const value of meshOf(body.mesh)[axis]) {
-        low = Math.min(low, value);
-        high = Math.max(high, value);
-      }
-      return [low - pad, high + pad];
-    };
-    const L = range("L", 2);
-    return { a: range("a", 5), b: range("b", 5), L: [Math.max(0, L[0]), L[1]] };
+  // Of all bodies, hidden ones too: nothing jumps when one is hidden.
+  function axesOf(bodies) {
+    const [a, b, L] = rangesOf(bodies).map(([low, high]) => [low - 5, high + 5]);
+    return { a, b, L: [Math.max(0, L[0]), L[1]] };
   }
 
   // Multiples of the step, but at the ends of the axis, where numbers of two axes would meet; finer on a small body.
@@ -156,7 +88,7 @@
     y: 2 * Math.cos(elevation) * Math.sin(azimuth),
     z: 2 * Math.sin(elevation),
   });
-  const standardEye = (k) => eyeFrom(rad(data.azimuths[k]), rad(ELEVATION_DEG));
+  const standardEye = (k) => eyeFrom(rad(azimuths[k]), rad(ELEVATION_DEG));
 
   function turn(state, across_deg, up_deg) {
     const { x, y, z } = state.eye;
@@ -213,7 +145,7 @@
     show(figure);
     try {
       startPlotly();
-      state.ranges ??= rangesOf(state.bodies);
+      state.ranges ??= axesOf(state.bodies);
       await Plotly.react(place(figure), traces(state), layout(state), CONFIG);
     } catch (error) {
       stop(figure);
@@ -259,7 +191,7 @@
 
   function prepare(figure) {
     const state = {
-      bodies: data.scenes[figure.id],
+      bodies: scenes[figure.id],
       eye: standardEye(0),
       zoom: 1,
       hidden: new Set(),

@@ -98,10 +98,21 @@ class ContentsColumns(Flowable):
 
     def wrap(self, availWidth: float, availHeight: float) -> tuple[float, float]:
         """Width and height in points."""
-        heights = [line.wrap(_COLUMN_PT, 0)[1] + line.getSpaceBefore() for line in self._lines]
-        self._left = next((k for k in range(len(heights)) if sum(heights[:k]) >= sum(heights[k:])), len(heights))
-        self.width, self.height = TEXT_WIDTH_PT, max(sum(heights[: self._left]), sum(heights[self._left :]))
+        tops = [line for line in range(len(self._lines)) if self._lines[line].getSpaceBefore()]
+        for line in self._lines:
+            line.wrap(_COLUMN_PT, 0)
+        # A column begins with a section, where there are any.
+        breaks = [*(tops or range(len(self._lines))), len(self._lines)]
+        self._left = min(breaks, key=self._height)
+        self.width, self.height = TEXT_WIDTH_PT, self._height(self._left)
         return self.width, self.height
+
+    def _height(self, left: int) -> float:
+        """Of the higher column, if the left one has so many lines."""
+        columns = (self._lines[:left], self._lines[left:])
+        return max(
+            sum(line.height + (line.getSpaceBefore() if k else 0.0) for k, line in enumerate(c)) for c in columns
+        )
 
     def split(self, availWidth: float, availHeight: float) -> list[Flowable]:
         """As many lines as fit, and the others."""
@@ -116,5 +127,5 @@ class ContentsColumns(Flowable):
         y = self.height
         for k, line in enumerate(self._lines):
             x = 0.0 if k < self._left else TEXT_WIDTH_PT - _COLUMN_PT
-            y = (self.height if k in (0, self._left) else y) - line.getSpaceBefore() - line.height
+            y = (self.height if k in (0, self._left) else y - line.getSpaceBefore()) - line.height
             line.drawOn(self.canv, x, y)

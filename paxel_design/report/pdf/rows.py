@@ -111,4 +111,5 @@ def _cell(
         Paragraph(markup(picture.label, quantities), type_.label) if picture.label else None,
         Paragraph(markup(picture.note, quantities), type_.note) if picture.note else None,
         framed=True,
+        exact=picture.width_mm is not None,
     )

@@ -27,13 +27,14 @@ from paxel_design.report.content import (
     quoted,
 )
 from paxel_design.report.content import Paragraph as Text
+from paxel_design.report.pdf.columns import Grid
 from paxel_design.report.pdf.contents import Entry
 from paxel_design.report.pdf.figures import GAP_PT, Cell, Figure
 from paxel_design.report.pdf.layout import FRAME_HEIGHT_PT, PT_PER_MM, TEXT_WIDTH_PT, Layout, set_anchor
 from paxel_design.report.pdf.objects import Objects
 from paxel_design.report.pdf.rows import picture_lines
 from paxel_design.report.pdf.scenes import SceneDrawer, coloured
-from paxel_design.report.pdf.tables import Grid, TableFlowable
+from paxel_design.report.pdf.tables import TableFlowable
 from paxel_design.report.pdf.typography import Typography, link, markup, typography
 from paxel_runtime.errors import InputError
 
@@ -149,7 +150,7 @@ def section_flowables(section: Section, story: Story, size: float = 1.0) -> tupl
 def _caption_entry(block: Block, story: Story) -> Entry:
     """A figure or a table, called by the first sentence of its caption."""
     assert not isinstance(block, Heading | Text | Bullets)
-    caption = filled(block.caption, story.quantities)
+    caption = filled(block.caption, story.quantities).replace(" (virtual bench)", "")  # every page says it
     return Entry(block.name, f"{story.numbers[block.name]}  {caption.split('. ')[0].rstrip('.')}", 2)
 
 
@@ -157,7 +158,7 @@ def _start_height(flowable: Flowable | None) -> float:
     """The height that a block takes at least where it begins."""
     if flowable is None:
         return 0.0
-    if isinstance(flowable, TableFlowable):
+    if isinstance(flowable, TableFlowable | Figure):
         return flowable.start_height + flowable.getSpaceBefore()
     height = float(flowable.wrap(TEXT_WIDTH_PT, FRAME_HEIGHT_PT)[1])
     if isinstance(flowable, Paragraph):
@@ -220,11 +221,10 @@ def _verdict_row(verdict: Verdict, section: Section, story: Story) -> tuple[str,
     name, home = markup(verdict.name, story.quantities), verdict.quantity.split(".")[0]
     if home != section.key and home in story.keys:
         name = link(home, f"{name} (p.\u00a0{story.pages.get(home, 0)})")
-    unit = quantity.unit.replace("^2", "²").replace("^3", "³")
     return (
         f'<font color="{color}">{mark}\u00a0<b>{verdict.judgement}</b></font>',
         name,
-        markup(f"{quoted(quantity)} {unit}".strip()),
+        markup(f"{quoted(quantity)} {quantity.unit}".strip()),
         markup(verdict.rule, story.quantities),
         markup(verdict.advice, story.quantities),
     )

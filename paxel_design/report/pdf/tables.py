@@ -1,29 +1,30 @@
-"""Tables: a caption over rows under a header that is repeated on every page, numbers aligned on their decimal points.
+"""Tables on pages: a caption over rows under a header, both repeated where a table goes on.
 
-Knows reportlab and the record of the layout; cells are marked-up texts.
+Knows reportlab and the record of the layout; cells and widths are made by `columns`.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from reportlab.lib.enums import TA_RIGHT
 from reportlab.lib.styles import ParagraphStyle
-from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import Flowable, Paragraph
 
+from paxel_design.report.pdf.columns import PAD_X_PT, Cells, Grid, columns_of
 from paxel_design.report.pdf.layout import FRAME_HEIGHT_PT, TEXT_WIDTH_PT, Box, Layout, set_anchor
 from paxel_design.report.pdf.typography import Typography
 
-__all__ = ["Grid", "TableFlowable"]
+__all__ = ["TableFlowable"]
 
-_PAD_X, _PAD_Y = 4.0, 2.2
+_PAD_Y_PT = 2.2
 _CAPTION_GAP_PT = 4.0
-_ZEBRA, _HEADER = 0.955, 0.88
+
+_ZEBRA_GRAY, _HEADER_GRAY = 0.955, 0.88
+"""Light enough that print in gray keeps the texts on them clear."""
+
 _LEAST_ROWS = 3
 """A table is not parted so that fewer rows stand on one of the pages."""
 
@@ -36,57 +37,8 @@ _ENOUGH = 0.2
 _HIGHEST_ROW = 0.35
 """A row that is higher than this share of a page goes on in a further row."""
 
-_WIDEST_WORD = 0.3
-"""A word that is wider than this share of the text, such as a hash, may be broken."""
 
-_NUMBER = re.compile(r"([<>≤≥~±+−–-]?\s?\d(?:[\d\s]*\d)?)((?:\.\d+)?(?:\s?[^\d\s.,]\D{0,8})?)")
-"""What stands left of the decimal point, and the rest with its unit; two numbers in a cell are words."""
-
-_TEXT_OF_MARKUP = re.compile(r"<[^>]*>")
-_ENTITIES = (("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&"))
-
-
-@dataclass(frozen=True, eq=False)
-class Grid:
-    """What a table holds.
-
-    Attributes
-    ----------
-    header : tuple of str
-        Marked-up texts.
-    rows : tuple of tuple of str
-    numbers : tuple of bool
-        Which columns are aligned on decimal points.
-    """
-
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numbers: tuple[bool, ...]
-
-
-class _Number(Flowable):
-    """A number whose decimal point stands `tail` points left of the cell's right edge."""
-
-    def __init__(self, head: str, rest: str, tail: float, style: ParagraphStyle) -> None:
-        super().__init__()
-        self._head, self._rest, self._tail, self._style = head, rest, tail, style
-
-    def wrap(self, availWidth: float, availHeight: float) -> tuple[float, float]:
-        self.width, self.height = availWidth, self._style.leading
-        return self.width, self.height
-
-    def split(self, availWidth: float, availHeight: float) -> list[Flowable]:
-        return [self]
-
-    def draw(self) -> None:
-        self.canv.setFont(self._style.fontName, self._style.fontSize)
-        self.canv.setFillColor(self._style.textColor)
-        width = stringWidth(self._head, self._style.fontName, self._style.fontSize)
-        at = self.width - self._tail - width
-        self.canv.drawString(at, self.height - self._style.fontSize, self._head + self._rest)
-
-
-Cells = tuple[Flowable, ...]
+_EMPTY = ParagraphStyle("empty")
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,12 +86,12 @@ class TableFlowable(Flowable):
     def of(
         cls, grid: Grid, type_: Typography, caption: Callable[[bool], Paragraph], layout: Layout, anchor: str
     ) -> TableFlowable:
-        """Lay a grid out: columns as wide as their texts where they all fit, else words are wrapped."""
-        cells, header, widths = _laid_out(grid, type_)
-        rows = []
-        for k, row in enumerate(cells):
-            rows += _rows_of(row, widths, shaded=k % 2 == 1)
-        return cls(rows, _Row(header, _row_height(header, widths)), widths, caption, layout, anchor)
+        """A grid as a table, every second row shaded."""
+        columns = columns_of(grid, type_)
+        widths = columns.widths
+        rows = [part for k, cells in enumerate(columns.rows) for part in _rows_of(cells, widths, shaded=k % 2 == 1)]
+        header = _Row(columns.header, _row_height(columns.header, widths))
+        return cls(rows, header, widths, caption, layout, anchor)
 
     def wrap(self, availWidth: float, availHeight: float) -> tuple[float, float]:
         """Width and height in points."""
@@ -192,9 +144,9 @@ class TableFlowable(Flowable):
             set_anchor(canvas, self._layout, self._anchor, self.height)
         y = self.height - self._caption_height
         self._caption.drawOn(canvas, 0, y + _CAPTION_GAP_PT)
-        y = self._draw_row(self._header, y, _HEADER)
+        y = self._draw_row(self._header, y, _HEADER_GRAY)
         for row in self._rows:
-            y = self._draw_row(row, y, _ZEBRA if row.shaded else None)
+            y = self._draw_row(row, y, _ZEBRA_GRAY if row.shaded else None)
         canvas.setStrokeGray(0.4)
         canvas.setLineWidth(0.5)
         for at in (0.0, self.height - self._top_height):
@@ -208,17 +160,17 @@ class TableFlowable(Flowable):
             canvas.rect(0, top - row.height, self.width, row.height, stroke=0, fill=1)
         page, x = canvas.getPageNumber(), 0.0
         for cell, width in zip(row.cells, self._widths, strict=True):
-            y = top - _PAD_Y - cell.height
-            cell.drawOn(canvas, x + _PAD_X, y)
-            left, lower = canvas.absolutePosition(x + _PAD_X, y)
-            self._layout.boxes.append(Box(page, left, lower, float(width) - 2 * _PAD_X, cell.height, "cell"))
+            y = top - _PAD_Y_PT - cell.height
+            cell.drawOn(canvas, x + PAD_X_PT, y)
+            left, lower = canvas.absolutePosition(x + PAD_X_PT, y)
+            self._layout.boxes.append(Box(page, left, lower, float(width) - 2 * PAD_X_PT, cell.height, "cell"))
             x += float(width)
         return top - row.height
 
 
 def _row_height(cells: Cells, widths: NDArray[np.float64]) -> float:
-    heights = [cell.wrap(width - 2 * _PAD_X, 0)[1] for cell, width in zip(cells, widths, strict=True)]
-    return float(max(heights, default=0.0) + 2 * _PAD_Y)
+    heights = [cell.wrap(width - 2 * PAD_X_PT, 0)[1] for cell, width in zip(cells, widths, strict=True)]
+    return float(max(heights, default=0.0) + 2 * _PAD_Y_PT)
 
 
 def _rows_of(cells: Cells, widths: NDArray[np.float64], *, shaded: bool) -> list[_Row]:
@@ -227,82 +179,9 @@ def _rows_of(cells: Cells, widths: NDArray[np.float64], *, shaded: bool) -> list
     rows = []
     while (height := _row_height(cells, widths)) > highest:
         halves = [
-            (*cell.split(width - 2 * _PAD_X, highest - 2 * _PAD_Y), *[Paragraph("", _EMPTY)] * 2)[:2]
+            (*cell.split(width - 2 * PAD_X_PT, highest - 2 * _PAD_Y_PT), *[Paragraph("", _EMPTY)] * 2)[:2]
             for cell, width in zip(cells, widths, strict=True)
         ]
         upper, cells = zip(*halves, strict=True)
         rows.append(_Row(upper, _row_height(upper, widths), shaded))
     return [*rows, _Row(cells, height, shaded)]
-
-
-_EMPTY = ParagraphStyle("empty")
-
-
-def _laid_out(grid: Grid, type_: Typography) -> tuple[list[Cells], Cells, NDArray[np.float64]]:
-    """Cells, header and widths of the columns."""
-    right = {
-        style.name: ParagraphStyle(f"{style.name} right", style, alignment=TA_RIGHT)
-        for style in (type_.cell, type_.head)
-    }
-    columns, headers, natural, least = [], [], [], []
-    for k, head in enumerate(grid.header):
-        texts = [row[k] for row in grid.rows]
-        parts = [_NUMBER.fullmatch(_plain(text)) if grid.numbers[k] else None for text in texts]
-        as_number = any(parts)
-        lead, tail = (max((_width(p[side], type_.cell) for p in parts if p), default=0.0) for side in (1, 2))
-        style = right[type_.cell.name] if as_number else type_.cell
-        column = [
-            _Number(part[1], part[2], tail, type_.cell) if part else Paragraph(text, style)
-            for text, part in zip(texts, parts, strict=True)
-        ]
-        headers.append(Paragraph(head, right[type_.head.name] if as_number else type_.head))
-        columns.append(column)
-        words = [headers[-1], *(cell for cell in column if isinstance(cell, Paragraph))]
-        natural.append(max(lead + tail, *map(_natural_width, words)) + 2 * _PAD_X + 0.5)
-        longest = min(max(word.minWidth() for word in words), _WIDEST_WORD * TEXT_WIDTH_PT)
-        least.append(min(natural[-1], max(lead + tail, longest) + 2 * _PAD_X + 0.5))
-    widths = _column_widths(np.array(natural), np.array(least))
-    return [tuple(row) for row in zip(*columns, strict=True)], tuple(headers), widths
-
-
-def _column_widths(natural: NDArray[np.float64], least: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Widths of at most the text's in all: natural ones, else between the longest word and the natural width."""
-    if natural.sum() <= TEXT_WIDTH_PT:
-        return natural
-    if least.sum() > TEXT_WIDTH_PT:
-        # Words are broken: those columns give way that are wider than an equal share.
-        low, high = 0.0, TEXT_WIDTH_PT
-        for _ in range(50):
-            middle = (low + high) / 2
-            low, high = (middle, high) if np.minimum(least, middle).sum() <= TEXT_WIDTH_PT else (low, middle)
-        return np.minimum(least, low)
-    free = TEXT_WIDTH_PT - least.sum()
-    # A column that needs little more is not robbed by one that holds whole sentences.
-    wish = np.sqrt(natural - least)
-    widths = least + free * wish / wish.sum()
-    for _ in range(len(widths)):
-        over = widths > natural
-        spare = (widths - natural)[over].sum()
-        widths = np.where(over, natural, widths)
-        open_ = widths < natural - 1e-9
-        if spare < 1e-6 or not open_.any():
-            break
-        widths = widths + np.where(open_, spare * wish / wish[open_].sum(), 0.0)
-    return widths
-
-
-def _plain(marked: str) -> str:
-    text = _TEXT_OF_MARKUP.sub("", marked)
-    for entity, sign in _ENTITIES:
-        text = text.replace(entity, sign)
-    return text
-
-
-def _natural_width(paragraph: Paragraph) -> float:
-    """Of its text on one line."""
-    paragraph.wrap(1e6, 1e6)
-    return float(max(paragraph.getActualLineWidths0(), default=0.0))
-
-
-def _width(text: str, style: ParagraphStyle) -> float:
-    return float(stringWidth(text, style.fontName, style.fontSize))

@@ -126,10 +126,11 @@ def printable(text: str) -> str:
 
 
 _GROUP = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")
+_POWER = re.compile(r"\^([23])(?!\d)")
 
 
 def markup(text: str, quantities: Mapping[str, Quantity] | None = None) -> str:
-    """A plain text as reportlab's mark-up: quantities written, signs escaped, no line broken within a number.
+    """A plain text as reportlab's mark-up: quantities written, powers raised, no line broken within a number.
 
     Parameters
     ----------
@@ -143,6 +144,7 @@ def markup(text: str, quantities: Mapping[str, Quantity] | None = None) -> str:
         If the text names a quantity that is not there.
     """
     words = text if quantities is None else filled(text, quantities)
+    words = _POWER.sub(lambda power: "²³"[int(power[1]) - 2], words)
     return escape(_GROUP.sub("\u00a0", printable(words)))
 
 

@@ -282,9 +282,10 @@ def _stability(source: ReportSource) -> Part:
                                                cells)]  # fmt: skip
     if field:
         channels = list(next(iter(field.values())))
+        what = "each cluster's part of the light" if source.model.white is None else "what the pattern returns of it"
         caption = (
-            f"Evenness: what the pattern returns of each cluster's light, 5 %, 50 % and 95 % of the field{bench}. "
-            "Far apart, one spot of the meter does not speak for the whole field."
+            f"Evenness of each cluster's light, {what}: as 5 %, 50 % and 95 % of the field have it{bench}. Where these "
+            "lie far apart, one spot of the meter does not speak for the whole field."
         )
         cells = tuple(
             (cluster, *(_cell(f"calibration.field.{cluster}.{channel}", quantities) for channel in channels))

@@ -12,12 +12,15 @@ from paxel_design.report.hidden import hidden_picture
 from paxel_design.report.rules import judged
 from paxel_design.report.sections.gamut_texts import surface_words
 from paxel_design.report.sections.parts import NO_PART, Part
-from paxel_design.report.sections.seen import Seen
+from paxel_design.report.sections.seen import Seen, hiding_surfaces
 from paxel_design.report.source import ReportSource, recorded
 from paxel_runtime.model.colorimetry import Lab_to_XYZ
 from paxel_runtime.stages.projected import Projected, other_surface
 
 __all__ = ["leaks"]
+
+_WITHOUT = {True: "what leaks without the pattern, or without the sheet", False: "what is left without the print"}
+"""By whether there are two surfaces."""
 
 
 def leaks(source: ReportSource, key: str, projected: Projected, seen: Mapping[str, Seen]) -> Part:
@@ -36,9 +39,7 @@ def leaks(source: ReportSource, key: str, projected: Projected, seen: Mapping[st
     quantities: dict[str, Quantity] = {}
     verdicts: list[Verdict] = []
     items: list[str] = []
-    for surface in projected.mapped:
-        if projected.other(surface) is None:
-            continue
+    for surface in hiding_surfaces(projected):
         own = f"pictures.{key}.on-{surface}"
         text = (
             f"Whoever looks at the {words[surface]} alone should not see the picture of the "
@@ -46,7 +47,8 @@ def leaks(source: ReportSource, key: str, projected: Projected, seen: Mapping[st
         )
         if surface in seen:
             quantities |= _hidden(source, own, surface, projected, seen[surface])
-            verdicts.append(judged("hidden-seen", f"{own}.hidden_seen", quantities, of=f"the {words[surface]}"))
+            where = f"the {words[surface]} ({projected.name})"
+            verdicts.append(judged("hidden-seen", f"{own}.hidden_seen", quantities, of=where))
             text += (
                 f" What is left of it has {{{own}.hidden_seen}} times the contrast that is just seen on a plain "
                 f"surface (where it is shown: {{{own}.hidden_shown}} times), an rms of {{{own}.hidden_rms}} % of the "
@@ -63,7 +65,7 @@ def leaks(source: ReportSource, key: str, projected: Projected, seen: Mapping[st
     if not items:
         return NO_PART
     blocks: list[Block] = [
-        Heading(f"{projected.name}: what leaks without the pattern, or without the sheet"),
+        Heading(f"{projected.name}: {_WITHOUT[source.model.white is not None]}"),
         Bullets(tuple(items)),
     ]
     if verdicts:

@@ -18,7 +18,7 @@ def model_facts(source: ReportSource) -> Part:
     """Computed from model.json, as linear light."""
     model = source.model.linear
     N, K = len(model.channels), len(model.clusters)
-    words = "computed from A and black of model.json"
+    words = "computed from A and black of model.json, to a hundredth"
     quantities: dict[str, Quantity] = {
         "calibration.model.inputs": Quantity(model.n, "inputs", "channels times clusters of model.json"),
         "calibration.model.channels": Quantity(model.channels, "", "channels of model.json"),
@@ -31,8 +31,8 @@ def model_facts(source: ReportSource) -> Part:
         for name, x in lit.items():
             L, a, b = XYZ_to_Lab(A @ x + black, model.white_point)
             key = f"calibration.model.{surface}.{name.replace(' ', '-')}"
-            quantities[f"{key}.L"] = Quantity(float(L), "L*", words)
-            quantities[f"{key}.chroma"] = Quantity(float(np.hypot(a, b)), "C*", words)
+            quantities[f"{key}.L"] = Quantity(round(float(L), 2), "L*", words)
+            quantities[f"{key}.chroma"] = Quantity(round(float(np.hypot(a, b)), 2), "C*", words)
     header = ("lit at full", *(f"{_SURFACES[s]}: {w}" for s in model.surfaces for w in ("L*", "C*")))
     rows = tuple(
         (

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from paxel_design.printing.preview import pattern_detail
-from paxel_design.report.charts.pattern import MOIRE_GAIN, crop_with_ruler, moire_crop, spectrum_chart
+from paxel_design.report.charts.pattern import MOIRE_GAIN, crop_with_ruler, moire_pictures, spectrum_chart
 from paxel_design.report.content import (
     Block,
     Chart,
@@ -36,6 +36,8 @@ __all__ = ["section"]
 _TITLE = "The pattern"
 _CROP_MM = (120.0, 32.0)
 _BEATS = 3
+_MIDDLE = slice(128, 192)
+"""Rows and columns of the middle of a moire picture."""
 _LOOKED_AT = {
     "distance_mm": "viewing.distance_mm",
     "luminance_cd_m2": "viewing.luminance_cd_m2",
@@ -160,9 +162,7 @@ def _quantities(source: ReportSource, installation: Installation, recorded_view:
     )
     record = source.records[_VISIBILITY]
     seen_at_all = float((record["print"]["luminance"] ** 2 + record["print"]["opponent"] ** 2) ** 0.5)
-    quantities["pattern.distance_m"] = Quantity(
-        record["distance_mm"] / 1000, "m", quantities["pattern.distance_mm"].source + " / 1000", 2
-    )
+    quantities["pattern.distance_m"] = Quantity(record["distance_mm"] / 1000, "m", "the viewer's distance in metres", 2)
     words = "root of the squares of its visibility in luminance and in opponent colours"
     quantities["pattern.seen"] = Quantity(seen_at_all, "thresholds", words, 2)
     dot_px = source.records["print/pattern.json"]["dot_size_mm"] / record["pixel_pitch_mm"]
@@ -179,22 +179,24 @@ def _true_scale(pattern: Pattern) -> Pictures:
         "ruler in millimetres; true on A4 printed at 100 %",
         width_mm=width_mm,
     )
-    detail = Picture(pattern_detail(pattern), "enlarged: 14 dots wide", "colours under D65", width_mm=39.0)
+    glows = any(ink.fluorescence is not None and ink.spot for ink in pattern.palette)
+    light = "inks in the colour of their own light" if glows else "colours under D65"
+    detail = Picture(pattern_detail(pattern), "enlarged: 14 dots wide", light)
     return Pictures("pattern-crops", "The middle of the pattern.", (crop, detail))
 
 
 def _facts(quantities: Mapping[str, Quantity]) -> Table:
     """What the print shop and the technician need."""
     inks = [name.removeprefix("pattern.share.") for name in quantities if name.startswith("pattern.share.")]
+    spread = "nothing done against ink spread"
+    if quantities["pattern.ink_spread_um"].value:
+        spread = "every edge is drawn in by {pattern.ink_spread_um} um against ink spread"
     rows = [
         ("repeats after", "{pattern.cell_columns} x {pattern.cell_rows} dots"),
         ("ink, share of the area", "; ".join(f"{name} {{pattern.share.{name}}} %" for name in inks)),
         ("sheet after cutting", "{pattern.trim_width_mm} x {pattern.trim_height_mm} mm, pages: {pattern.pages}"),
         ("plates", "{pattern.plates}"),
-        (
-            "printer",
-            "{pattern.dpi} dots per inch; edges drawn in by {pattern.ink_spread_um} um against ink spread",
-        ),
+        ("printer", f"{{pattern.dpi}} dots per inch; {spread}"),
         ("rulers as measured on the print", "{pattern.rulers_mm} mm; 100 mm as designed"),
     ]
     return Table("pattern-facts", "The print sheet.", ("what", "is"), tuple(rows), words=True)
@@ -211,7 +213,7 @@ def _moire(pattern: Pattern, visibility: Mapping[str, Any], quantities: Mapping[
         )
     else:
         text = "The projector's raster makes no beat with the print that is slower than its dots."
-    picture = moire_crop(
+    lit, seen = moire_pictures(
         pattern,
         visibility["pixel_pitch_mm"],
         visibility["distance_mm"],
@@ -222,8 +224,12 @@ def _moire(pattern: Pattern, visibility: Mapping[str, Any], quantities: Mapping[
         Paragraph(text),
         Pictures(
             "pattern-moire-picture",
-            f"A lit cluster as it reaches the eye, its contrast raised {MOIRE_GAIN:g} times (simulated).",
-            (Picture(picture, "moire of one cluster", "320 x 320 projector pixels", width_mm=60.0),),
+            "The cluster of the brightest ink, lit alone (simulated).",
+            (
+                Picture(lit[_MIDDLE, _MIDDLE], "its middle", "64 x 64 projector pixels", pixelated=True),
+                Picture(lit, "what returns", "320 x 320 projector pixels"),
+                Picture(seen, "what reaches the eye", f"its contrast raised {MOIRE_GAIN:g} times"),
+            ),
         ),
     ]
     beats = [name for name in quantities if name.startswith("pattern.beat.") and name.endswith("period_mm")]

@@ -10,7 +10,7 @@ from paxel_design.report.charts.maps import MOST_GHOST_L, ghost_picture, moved_m
 from paxel_design.report.content import Block, Paragraph, Picture, Pictures, Quantity
 from paxel_design.report.sections.gamut_texts import surface_words
 from paxel_design.report.sections.parts import Part, on_the_bench
-from paxel_design.report.sections.seen import Seen
+from paxel_design.report.sections.seen import Seen, hiding_surfaces
 from paxel_design.report.sections.shrunk import Lab_picture, block_means, codes_picture, middle, shrunk
 from paxel_design.report.source import ReportSource, recorded
 from paxel_runtime.model.delta_e import dE00
@@ -50,17 +50,18 @@ def picture_rows(source: ReportSource, key: str, projected: Projected, seen: Map
             f"pictures-{key}-frame", f"{projected.name}: what the projector shows, as on a screen.", (whole, detail)
         )
     ]
-    for surface in projected.mapped:
+    for surface in projected.model.surfaces:
         looks = _looks(source, key, projected, surface, quantities)
         row = _fitting(key, projected, surface, quantities, always=not looks) + looks
-        if surface in seen and projected.other(surface) is not None:
+        if surface in seen:
             row += (_ghost(source, key, projected, surface, seen[surface], quantities),)
         meant = "" if surface in projected.sources else f"; {_meant(projected, surface)}"
         caption = f"{projected.name} on the {words[surface]}{meant}{bench}."
-        blocks.append(Pictures(f"pictures-{key}-on-{surface}", caption, row))
+        if row:
+            blocks.append(Pictures(f"pictures-{key}-on-{surface}", caption, row))
     if f"preview/{projected.name}.json" not in source.records:
         blocks.append(Paragraph("It was not looked at yet: paxel preview DIR makes the views and their figures."))
-    elif not seen and source.bench:
+    elif source.bench and hiding_surfaces(projected) and not seen:
         blocks.append(
             Paragraph(
                 "Maps of ghosts are left out here: looking at so many large projections once more would take minutes.",
@@ -72,6 +73,8 @@ def picture_rows(source: ReportSource, key: str, projected: Projected, seen: Map
 
 def _meant(projected: Projected, surface: str) -> str:
     """What a surface without a picture of its own is to show."""
+    if surface not in projected.mapped:
+        return "left free"
     return "meant: one colour all over" if _is_uniform(projected, surface) else "meant: what the effect asks for"
 
 
@@ -88,6 +91,8 @@ def _fitting(
     Lightness is fitted as a whole; what is out of gamut then moves towards gray. The map shows the second alone, as
     dE00 between the fitted colour and the wanted one at the fitted lightness.
     """
+    if surface not in projected.mapped:
+        return ()
     fitted = block_means(projected.mapped[surface])
     if surface not in projected.sources:
         needed = always or not _is_uniform(projected, surface)

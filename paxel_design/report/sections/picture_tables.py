@@ -63,56 +63,79 @@ def picture_tables(source: ReportSource, key: str, projected: Projected) -> Part
     places = {surface: f"pictures.{key}.on-{surface}" for surface in projected.mapped}
     record, preview = f"projection/{projected.name}.json", f"preview/{projected.name}.json"
     quantities: dict[str, Quantity] = {}
-    fitted, seen = (
-        _rows(source, pointers, figures, places, quantities)
-        for pointers, figures in (
-            ({surface: f"{record}#/mapping/{surface}" for surface in places}, _FITTING),
-            ({surface: f"{preview}#/on_{surface}" for surface in places}, _SEEN),
-        )
+    fitting = _table(
+        source,
+        (f"pictures-{key}-fitting", f"{projected.name}: what fitting cost{bench}."),
+        {surface: f"{record}#/mapping/{surface}" for surface in places},
+        _FITTING,
+        places,
+        quantities,
+        words,
     )
-    header = ("", *(f"on the {words[surface]}" for surface in places))
-    name = projected.name
-    blocks: list[Block] = []
-    if fitted:
-        blocks.append(Table(f"pictures-{key}-fitting", f"{name}: what fitting cost{bench}.", header, fitted))
-    reach = recorded(source, f"{record}#/pixels_in_gamut", percent=True)
-    largest = recorded(source, f"{record}#/dE00_max", "dE00")
-    if reach is not None and largest is not None:
-        own = f"pictures.{key}"
-        quantities |= {f"{own}.in_reach": reach, f"{own}.dE00_max": largest}
-        text = (
-            f"{{{own}.in_reach}} % of the pixels show exactly what was fitted, on all surfaces at once; the others are "
-            f"at most {{{own}.dE00_max}} dE00 off."
-        )
-        blocks.append(Paragraph(text))
-    if seen:
-        blocks.append(Table(f"pictures-{key}-seen", f"{name}: what is seen{bench}.", header, seen))
-    blocks += _change(source, f"{preview}#/change", f"pictures.{key}.change", quantities)
-    return Part(blocks, quantities, _verdicts(name, words, places, quantities))
+    seen = _table(
+        source,
+        (f"pictures-{key}-seen", f"{projected.name}: what is seen{bench}."),
+        {surface: f"{preview}#/on_{surface}" for surface in places},
+        _SEEN,
+        places,
+        quantities,
+        words,
+    )
+    blocks = [
+        *fitting,
+        *_reach(source, record, f"pictures.{key}", quantities),
+        *seen,
+        *_change(source, f"{preview}#/change", f"pictures.{key}.change", quantities),
+    ]
+    return Part(blocks, quantities, _verdicts(projected.name, words, places, quantities))
 
 
-def _rows(
+def _table(
     source: ReportSource,
+    name_and_caption: tuple[str, str],
     pointers: Mapping[str, str],
     figures: Mapping[str, tuple[str, str]],
     places: Mapping[str, str],
     quantities: dict[str, Quantity],
-) -> tuple[tuple[str, ...], ...]:
-    """A row a figure, a column a surface; figures that no surface has are left out."""
-    rows = []
-    for figure, (title, unit) in figures.items():
-        found = {
-            surface: recorded(source, f"{pointer}/{figure}", percent=True)
-            if unit == _SHARE
-            else recorded(source, f"{pointer}/{figure}", unit)
-            for surface, pointer in pointers.items()
-        }
-        if not any(found.values()):
-            continue
-        quantities |= {f"{places[surface]}.{figure}": value for surface, value in found.items() if value is not None}
-        cells = ("-" if value is None else f"{{{places[surface]}.{figure}}}" for surface, value in found.items())
-        rows.append((title, *cells))
-    return tuple(rows)
+    words: Mapping[str, str],
+) -> list[Block]:
+    """A row a figure, a column a surface; rows and columns without any figure are left out."""
+    found = {
+        (figure, surface): recorded(source, f"{pointer}/{figure}", percent=True)
+        if unit == _SHARE
+        else recorded(source, f"{pointer}/{figure}", unit)
+        for figure, (_, unit) in figures.items()
+        for surface, pointer in pointers.items()
+    }
+    told = {at: value for at, value in found.items() if value is not None}
+    if not told:
+        return []
+    quantities |= {f"{places[surface]}.{figure}": value for (figure, surface), value in told.items()}
+    columns = [surface for surface in pointers if any(at[1] == surface for at in told)]
+    rows = tuple(
+        (title, *(f"{{{places[s]}.{figure}}}" if (figure, s) in told else "-" for s in columns))
+        for figure, (title, _) in figures.items()
+        if any(at[0] == figure for at in told)
+    )
+    header = ("", *(f"on the {words[surface]}" for surface in columns))
+    return [Table(*name_and_caption, header, rows)]
+
+
+def _reach(source: ReportSource, record: str, own: str, quantities: dict[str, Quantity]) -> list[Block]:
+    """How many pixels show what was fitted."""
+    reach = recorded(source, f"{record}#/pixels_in_gamut", percent=True)
+    largest = recorded(source, f"{record}#/dE00_max", "dE00")
+    if reach is None or largest is None:
+        return []
+    quantities |= {f"{own}.in_reach": reach, f"{own}.dE00_max": largest}
+    if reach.value == 100:
+        return [Paragraph(f"Every pixel can show what was fitted, to {{{own}.dE00_max}} dE00.")]
+    return [
+        Paragraph(
+            f"{{{own}.in_reach}} % of the pixels can show exactly what was fitted, on all surfaces at once; the others "
+            f"are at most {{{own}.dE00_max}} dE00 off."
+        )
+    ]
 
 
 def _change(source: ReportSource, pointer: str, own: str, quantities: dict[str, Quantity]) -> list[Block]:

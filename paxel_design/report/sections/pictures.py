@@ -6,9 +6,9 @@ import re
 from collections.abc import Sequence
 
 from paxel_design.report.charts.maps import scales_chart
-from paxel_design.report.content import Block, Chart, Heading, Paragraph, Section
+from paxel_design.report.content import Block, Chart, Heading, Paragraph, Section, Verdicts
 from paxel_design.report.sections.leaks import leaks
-from paxel_design.report.sections.parts import Part
+from paxel_design.report.sections.parts import Part, on_the_bench
 from paxel_design.report.sections.picture_rows import picture_rows
 from paxel_design.report.sections.picture_tables import picture_tables
 from paxel_design.report.sections.seen import seen_projections
@@ -39,10 +39,13 @@ def section(source: ReportSource) -> Section:
         heading = Heading(f"{projected.name}: {effect.description}")
         rows = picture_rows(source, key, projected, seen)
         parts += [Part([heading]), rows, picture_tables(source, key, projected), leaks(source, key, projected, seen)]
-        maps |= any(projected.other(surface) is not None for surface in seen)
+        maps |= bool(seen)
     quantities = {name: quantity for part in parts for name, quantity in part.quantities.items()}
     verdicts = tuple(verdict for part in parts for verdict in part.verdicts)
-    blocks: list[Block] = [Paragraph(_introduction(source)), Chart("pictures-scales", _SCALES, scales_chart(maps))]
+    blocks: list[Block] = [Paragraph(_introduction(source))]
+    if verdicts:
+        blocks.append(Verdicts("pictures-verdicts", f"How well pictures are seen{on_the_bench(source)}.", verdicts))
+    blocks.append(Chart("pictures-scales", _SCALES, scales_chart(maps)))
     blocks += [block for part in parts for block in part.blocks]
     return Section("pictures", "Pictures", tuple(blocks), quantities, verdicts)
 

@@ -18,7 +18,7 @@ from paxel_runtime.stages import open_bench
 from paxel_runtime.stages.projected import Projected, load_projected
 from paxel_runtime.stages.wall import Wall
 
-__all__ = ["Seen", "seen_projections"]
+__all__ = ["Seen", "hiding_surfaces", "seen_projections"]
 
 _MOST_PIXELS = 10_000_000
 """Of all views together: those of two effects on a projector of 1920 x 1080, a quarter of a minute."""
@@ -44,8 +44,13 @@ class Seen:
     inner: NDArray[np.bool_]
 
 
+def hiding_surfaces(projected: Projected) -> list[str]:
+    """The surfaces on which another surface's picture might be seen."""
+    return [surface for surface in projected.mapped if projected.other(surface) is not None]
+
+
 def seen_projections(source: ReportSource, names: Sequence[str]) -> Iterator[tuple[Projected, dict[str, Seen]]]:
-    """Each projection, and by surface what is seen of it.
+    """Each projection, and what is seen on those of its surfaces that have a picture to hide.
 
     Parameters
     ----------
@@ -66,7 +71,8 @@ def seen_projections(source: ReportSource, names: Sequence[str]) -> Iterator[tup
     left = _MOST_PIXELS
     for name in names:
         projected = load_projected(installation, name)
-        needed = len(projected.mapped) * projected.inside.size
+        hiding = hiding_surfaces(projected)
+        needed = len(hiding) * projected.inside.size
         if bench is None or f"preview/{name}.json" not in source.records or needed > left:
             yield projected, {}
             continue
@@ -75,14 +81,14 @@ def seen_projections(source: ReportSource, names: Sequence[str]) -> Iterator[tup
         viewer = Viewer(installation.settings.viewing.distance_mm, wall.mm_per_px)
         white, sigma_px = projected.model.white_point, viewer.sigma_px
         seen = {}
-        for surface, Lab in projected.mapped.items():
+        for surface in hiding:
             if surface not in shares:  # one for all projections
                 shares[surface] = fall_off(wall.reference(surface), white, sigma_px)
             level = leveled(wall.view(surface), shares[surface])
             seen[surface] = Seen(
                 level[..., 1],
                 view_to_Lab(level, white, sigma_px),
-                picture_to_Lab(Lab, white, sigma_px),
+                picture_to_Lab(projected.mapped[surface], white, sigma_px),
                 inner_mask(projected.mask(surface), sigma_px),
             )
         yield projected, seen

@@ -184,8 +184,7 @@ def _counts(others: Sequence[Section]) -> dict[str, Quantity]:
 
 def _judged_words(verdicts: Sequence[Verdict]) -> str:
     text = (
-        "Of {summary.judged} figures that are judged, {summary.good} are good, {summary.usable} usable and "
-        "{summary.weak} weak."
+        "Figures judged: {summary.judged}; good {summary.good}, usable {summary.usable}, weak {summary.weak}."
     )
     weak = [verdict.name for verdict in verdicts if verdict.judgement == "weak"]
     return text + (f" Look first at: {', '.join(weak)}." if weak else "")

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from paxel_design.gamut import (
     GamutMesh,
@@ -19,7 +20,7 @@ from paxel_design.gamut import (
     subgamut_arrays,
     subgamut_figures,
 )
-from paxel_design.gamut.meshes import exact_volume
+from paxel_design.gamut.meshes import exact_volume, simplified_mesh
 from paxel_design.gamut.polytopes import hull_surface, polytope
 from paxel_design.gamut.tessellation import tessellate
 from paxel_runtime.errors import GamutError
@@ -194,3 +195,18 @@ def test_figures_and_arrays_are_those_of_the_files(bw_model: Models) -> None:
     )
     np.testing.assert_array_equal(again.slack(D65_XYZ / 5), gamut.slack(D65_XYZ / 5))
     np.testing.assert_array_equal(arrays["Lab"][arrays["faces"]], mesh.Lab[mesh.faces])
+
+
+def test_a_simplified_body_keeps_its_volume_and_its_surface(bw_model: Models) -> None:
+    mesh = gamut_mesh(sub_gamut(bw_model(2), "neutralize:50,0,0"))
+    for deviation in (0.1, 0.5):
+        simple = simplified_mesh(mesh, deviation)
+        assert len(simple.faces) < len(mesh.faces) / 4
+        assert (simple.volume, simple.volume_error) == (mesh.volume, mesh.volume_error)
+        # No point moves farther than that: neither does the volume, by more than the surface times as much ...
+        assert abs(simple.mesh_volume - mesh.mesh_volume) < deviation * mesh.area
+        # ... and corners stay where they are.
+        assert np.max(cKDTree(mesh.Lab).query(simple.Lab)[0]) < 1e-6
+        assert (simple.components, simple.genus) == (1, 0)
+    with pytest.raises(GamutError, match="empty"):
+        simplified_mesh(mesh, 1000.0)

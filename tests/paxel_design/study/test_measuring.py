@@ -11,7 +11,7 @@ from paxel_runtime.storage import load_model, read_json
 TINY = {"projector.resolution": [96, 54], "meter.aperture_mm": 6.0, "model.correction": "off"}
 
 
-def test_two_cases_of_one_print_share_its_pictures_and_more_clusters_free_more_lightness(tmp_path) -> None:
+def test_two_cases_of_one_print_share_its_pictures_and_more_clusters_change_more(tmp_path, monkeypatch) -> None:
     asked = Study(dot_sizes_mm=(1.0,), clusters=(2, 3), overrides=TINY)
     (two, of_two), (three, of_three) = cases_of(asked).items()
     told: list[tuple[str, float]] = []
@@ -38,19 +38,19 @@ def test_two_cases_of_one_print_share_its_pictures_and_more_clusters_free_more_l
     assert all(0 <= share < 5 for share in second["ghosting_percent"].values())
     for table, key in (("lightness", "area"), ("hue", "area_any"), ("dual_image", "volume_pattern")):
         assert second[table][key] > first[table][key]
+    for stage in ("make_print", "capture", "calibrate"):  # what is finished is not made again
+        monkeypatch.setattr(f"paxel_design.study.measuring.{stage}", None)
+    again = measure_case(tmp_path / two.name, of_two, lambda *words: None, ghosting=False)
+    assert again | {"seconds": 0} == first | {"seconds": 0}
 
 
-def test_a_case_that_is_finished_is_not_captured_again(tmp_path, monkeypatch) -> None:
-    """One surface, where there are no grays to share: the stages are there, and figures of two surfaces are none."""
+@pytest.mark.slow
+def test_one_surface_has_an_error_of_prediction_and_no_more(tmp_path) -> None:
     asked = Study(preset="uv-rgb", dot_sizes_mm=(1.5,), overrides=TINY)
     ((case, settings),) = cases_of(asked).items()
-    first = measure_case(tmp_path / case.name, settings, lambda *words: None)
-    assert (first["lightness"], first["hue"], first["dual_image"], first["ghosting_percent"]) == (None,) * 4
-    assert set(first["prediction"]) == {"n", "model", "pattern", "linear"}
-    monkeypatch.setattr("paxel_design.study.measuring.capture", None)
-    monkeypatch.setattr("paxel_design.study.measuring.calibrate", None)
-    again = measure_case(tmp_path / case.name, settings, lambda *words: None)
-    assert again["prediction"] == first["prediction"]
+    found = measure_case(tmp_path / case.name, settings, lambda *words: None)
+    assert (found["lightness"], found["hue"], found["dual_image"], found["ghosting_percent"]) == (None,) * 4
+    assert set(found["prediction"]) == {"n", "model", "pattern", "linear"}
 
 
 @pytest.mark.slow

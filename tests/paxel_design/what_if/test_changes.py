@@ -37,6 +37,8 @@ def test_changes_are_told_by_aim_and_gain() -> None:
     e, f = replace(CHANGE, key="e", in_use=True), replace(CHANGE, key="f", objection="too large")
     changes = (c, a, d, e, f, b)
     assert [change.key for change in helpful(changes)] == ["b", "a", "c"]
+    new = [replace(CHANGE, key=f"{after:g}", before=0.0, after=after) for after in (13.0, 17.0)]
+    assert [change.key for change in helpful((*new, a))] == ["17", "13", "a"]
     assert [change.key for change in idle(changes)] == ["d"]
 
 

@@ -7,12 +7,13 @@ from hypothesis import strategies as st
 from reportlab.platypus import Paragraph
 
 from paxel_design.report.content import Picture
+from paxel_design.report.pdf.columns import PAD_X_PT, Grid, columns_of
 from paxel_design.report.pdf.contents import shortened
-from paxel_design.report.pdf.figures import GAP_PT
+from paxel_design.report.pdf.figures import GAP_PT, Cell, Figure
 from paxel_design.report.pdf.layout import FRAME_HEIGHT_PT, PT_PER_MM, TEXT_WIDTH_PT, Layout
 from paxel_design.report.pdf.objects import Objects
 from paxel_design.report.pdf.rows import picture_lines
-from paxel_design.report.pdf.tables import Grid, TableFlowable
+from paxel_design.report.pdf.tables import TableFlowable
 from paxel_design.report.pdf.typography import markup, typography
 
 
@@ -29,7 +30,7 @@ _PICTURES = st.lists(
 
 
 @given(_PICTURES)
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_lines_of_pictures_fit_the_text(pictures: list[Picture]) -> None:
     lines = picture_lines(pictures, typography(), Objects(), {})
     cells = [cell for line in lines for cell in line]
@@ -57,7 +58,7 @@ _WORDS = st.text("abc 123.", max_size=60) | st.sampled_from(["0.124", "1 234.5",
 
 
 @given(st.integers(1, 7).flatmap(lambda c: st.lists(st.lists(_WORDS, min_size=c, max_size=c), min_size=1, max_size=6)))
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_tables_fit_the_text_and_part_where_they_may(rows: list[list[str]]) -> None:
     marked = tuple(tuple(markup(text) for text in row) for row in rows)
     grid = Grid(tuple("a head" for _ in rows[0]), marked, (False, *[True] * (len(rows[0]) - 1)))
@@ -85,8 +86,37 @@ def test_a_short_table_is_not_parted() -> None:
     assert table.split(TEXT_WIDTH_PT, FRAME_HEIGHT_PT) == [table]
 
 
-def test_no_line_ends_within_a_number() -> None:
+def _figure(cells: list[Cell]) -> Figure:
+    return Figure([cells], Paragraph("caption", typography().caption), Layout(), "f")
+
+
+def test_a_figure_shrinks_a_little_rather_than_leave_a_page_empty() -> None:
+    figure = _figure([Cell("C0", 400.0, 200.0, 400.0)])
+    whole = figure.wrap(TEXT_WIDTH_PT, FRAME_HEIGHT_PT)[1]
+    assert figure.wrap(TEXT_WIDTH_PT, whole - 30)[1] == pytest.approx(whole - 30)
+    assert figure.start_height == pytest.approx(whole - 0.2 * 200)
+    assert figure.wrap(TEXT_WIDTH_PT, whole - 50)[1] == pytest.approx(whole), "else it goes to the next page"
+
+
+@pytest.mark.parametrize("exact", [True, False])
+def test_true_scale_and_rows_of_pictures_never_shrink(exact: bool) -> None:
+    cells = [Cell("P0", 100.0, 200.0, 100.0, framed=True, exact=exact)] * (1 if exact else 2)
+    figure = _figure(cells)
+    whole = figure.wrap(TEXT_WIDTH_PT, FRAME_HEIGHT_PT)[1]
+    assert figure.wrap(TEXT_WIDTH_PT, whole - 1)[1] == whole == figure.start_height
+
+
+def test_heads_wrap_before_cells_do() -> None:
+    grid = Grid(("one head that is long",) * 5, (("a cell of some length",) * 5,), (False,) * 5)
+    columns = columns_of(grid, typography())
+    assert columns.widths.sum() == pytest.approx(TEXT_WIDTH_PT)
+    for cell, width in zip(columns.rows[0], columns.widths, strict=True):
+        assert cell.wrap(width - 2 * PAD_X_PT, 0)[1] == typography().cell.leading, "one line"
+
+
+def test_numbers_are_not_parted_and_powers_are_raised() -> None:
     assert markup("833 500 and 1 234 567 of 12 3 4567") == "833\u00a0500 and 1\u00a0234\u00a0567 of 12 3 4567"
+    assert markup("CIELAB^3, cd/m^2, x^25") == "CIELAB³, cd/m², x^25"
 
 
 def test_long_titles_are_shortened_at_a_word() -> None:

@@ -48,7 +48,7 @@ RGB = ("red", "green", "blue")
 
 @pytest.fixture(scope="session")
 def projected_installation(tmp_path_factory: pytest.TempPathFactory) -> Installation:
-    """Everything from print to preview, with the projections ``dual-image`` and ``hidden 1``; nobody changes it."""
+    """Everything from print to preview: projections ``dual-image``, ``hidden 1`` and ``free``; nobody changes it."""
     installation = Installation.create(
         tmp_path_factory.mktemp("sections") / "show", make_settings("bw-checkerboard", SETTINGS)
     )
@@ -68,6 +68,7 @@ def projected_installation(tmp_path_factory: pytest.TempPathFactory) -> Installa
         write_image(path, _colourful(seed))
     project(installation, DualImage(), dict(zip(("on_pattern", "on_white"), pictures, strict=True)))
     project(installation, Neutralize(), {"image": pictures[0]}, name="hidden 1")
+    project(installation, Full(), {"image": pictures[1]}, name="free")
     make_previews(installation, [], False)
     return installation
 

@@ -20,7 +20,7 @@ from paxel_design.report.source import ReportSource
 from paxel_design.stages.gamut import GamutRequest, make_gamut_of_model
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ, spectra_to_XYZ
-from paxel_runtime.model.effects import Decolorize, DualImage, Full, Neutralize, parse_effect
+from paxel_runtime.model.effects import DualImage, Full, Neutralize, parse_effect
 from paxel_runtime.model.pattern import colorant_library
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
@@ -103,7 +103,7 @@ def test_bodies_are_light_and_right(of_model: Section) -> None:
 def test_records_are_quoted_and_only_what_is_missing_is_computed(
     projected_source: ReportSource, check_section: Check, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gamut_sets, "_EFFECTS", (Full(), DualImage(), Neutralize(), Decolorize()))
+    monkeypatch.setattr(gamut_sets, "_EFFECTS", (Full(), DualImage(), Neutralize()))
     found = section(projected_source)
     check_section(found)
     assert projected_source.installation is not None
@@ -123,7 +123,7 @@ def test_records_are_quoted_and_only_what_is_missing_is_computed(
     assert followed > 12
     for stem in ("full.on-pattern", "neutralize-50_0_0.on-pattern", "dual-image.on-white"):
         assert found.quantities[f"gamut.{stem}.volume"].source == f"gamut/{stem}.json#/volume"
-    assert found.quantities["gamut.decolorize-free.on-pattern.volume"].source.startswith("computed")
+    assert found.quantities["gamut.full.on-white.volume"].source.startswith("computed")
     captions = [block.caption for block in found.blocks if isinstance(block, Chart | Scene | Table)]
     assert captions
     assert all(caption.endswith("(virtual bench).") for caption in captions)

@@ -30,7 +30,7 @@ def _rows(found: Section) -> dict[str, Pictures]:
 def test_every_projection_with_its_pictures(of_bench: Section, check_section: Check) -> None:
     check_section(of_bench)
     headings = [block.text for block in of_bench.blocks if isinstance(block, Heading)]
-    assert [h.split(":")[0] for h in headings if "leaks" not in h] == ["dual-image", "hidden 1"]
+    assert [h.split(":")[0] for h in headings if "leaks" not in h] == ["dual-image", "free", "hidden 1"]
     labels = {name: [one.label for one in row.pictures] for name, row in _rows(of_bench).items()}
     wanted, ghost = ["wanted", "fitted", "out of gamut"], [GHOST]
     look = ["seen, at true brightness", "seen, as the eye adapts"]
@@ -38,12 +38,16 @@ def test_every_projection_with_its_pictures(of_bench: Section, check_section: Ch
         "pictures-dual-image-frame": ["the projection image", "its middle, pixels enlarged"],
         "pictures-dual-image-on-pattern": wanted + look + ghost,
         "pictures-dual-image-on-white": wanted + look + ghost,
+        "pictures-free-frame": ["the projection image", "its middle, pixels enlarged"],
+        "pictures-free-on-pattern": wanted + look,
+        "pictures-free-on-white": look,
         "pictures-hidden-1-frame": ["the projection image", "its middle, pixels enlarged"],
         "pictures-hidden-1-on-pattern": wanted + look,  # the white sheet has no picture that could shine through
         "pictures-hidden-1-on-white": look + ghost,
     }
     assert "one colour all over" in _rows(of_bench)["pictures-hidden-1-on-white"].caption
-    assert len([block for block in of_bench.blocks if isinstance(block, Table)]) == 4
+    assert "left free" in _rows(of_bench)["pictures-free-on-white"].caption
+    assert len([block for block in of_bench.blocks if isinstance(block, Table)]) == 6
 
 
 def test_figures_are_those_of_the_records(of_bench: Section, projected_source: ReportSource) -> None:
@@ -89,7 +93,7 @@ def test_a_hidden_picture_is_told_of_on_the_surface_that_hides_it(of_bench: Sect
             shown, hidden = (float(str(q[key].value)) for key in (name.replace("seen", "shown"), name))
             assert hidden < 0.1 * shown  # the ideal bench hides well
     leaks = [block for block in of_bench.blocks if isinstance(block, Bullets)]
-    assert len(leaks) == 2
+    assert len(leaks) == 3
     assert all("only the projection image" in block.items[-1] for block in leaks)
     judged = {verdict.quantity for verdict in of_bench.verdicts}
     assert "pictures.hidden-1.on-white.hidden_seen" in judged
@@ -114,7 +118,7 @@ def test_without_a_preview_the_command_is_given(projected_source: ReportSource, 
     found = section(replace(projected_source, records=records))
     check_section(found)
     texts = [block.text for block in found.blocks if isinstance(block, Paragraph)]
-    assert sum("paxel preview DIR" in text for text in texts) == 2
+    assert sum("paxel preview DIR" in text for text in texts) == 3
     assert len(_rows(found)["pictures-dual-image-on-white"].pictures) == 3
 
 
