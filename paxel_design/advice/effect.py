@@ -2,7 +2,7 @@
 
 Projector pixels are sorted by what they light of the print, and every cluster's light is added up colorant by colorant:
 the linear model that a calibration would measure on a projector without faults, with the measured primaries of a DLP
-projector. Scattering in the paper and ink spread are left out: they dim all layouts of one dot size alike.
+projector. Ink spread is left out: it darkens all layouts of one dot size alike.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from paxel_design.gamut import JointGamut, lightness_area, product_pair
 from paxel_design.gamut.meshes import gamut_mesh
 from paxel_design.visibility.moire import Partition, sort_pixels
-from paxel_design.visibility.raster import met_by_light, own_light, returned
-from paxel_design.visibility.s_cielab import colorants_to_XYZ
+from paxel_design.visibility.passages import passage_reflectances, passages_to_XYZ
+from paxel_design.visibility.raster import area_shares, light_met, met_by_light
 from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import spectra_to_XYZ
 from paxel_runtime.model.pattern import Pattern
@@ -86,16 +86,13 @@ def simulated_model(
     """
     palette = pattern.palette
     met = met_by_light(pattern, pitch_mm, size_px, offset_px=offset_px, samples=samples)
-    labels = sort_pixels(own_light(met), colorants_to_XYZ(palette), K, partition)
-    lit = [(labels == k).astype(np.float64) for k in range(K)]
-    # light of each cluster on each colorant, over the whole area
-    shares = np.array([[returned(one, met, only).mean() for only in np.eye(len(palette))] for one in lit])
+    labels = sort_pixels(area_shares(met), passages_to_XYZ(palette), K, partition)
+    shares = np.array([light_met((labels == k).astype(np.float64), met) for k in range(K)])  # (K, M, M)
     primaries = _primaries()
-    reflectance = np.array([colorant.reflectance for colorant in palette])
-    XYZ = spectra_to_XYZ(primaries[:, None] * reflectance)  # (N, M, 3)
+    XYZ = spectra_to_XYZ(primaries[:, None, None] * passage_reflectances(palette))  # (N, M, M, 3)
     paper_XYZ = spectra_to_XYZ(primaries * pattern.library["white"].reflectance)  # (N, 3)
-    A_pattern = np.einsum("km,nmc->ckn", shares, XYZ).reshape(3, -1)
-    A_white = np.einsum("k,nc->ckn", shares.sum(axis=1), paper_XYZ).reshape(3, -1)
+    A_pattern = np.einsum("kab,nabc->ckn", shares, XYZ).reshape(3, -1)
+    A_white = np.einsum("k,nc->ckn", shares.sum(axis=(1, 2)), paper_XYZ).reshape(3, -1)
     scale = (1 - BLACK) / paper_XYZ[:, 1].sum()
     on_pattern, on_white = (
         SurfaceModel(A * scale, A.sum(axis=1) * BLACK / paper_XYZ[:, 1].sum()) for A in (A_pattern, A_white)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
 from paxel_design.advice.effect import EffectSize, effect_size, simulated_model
-from paxel_design.patterns import make_pattern
+from paxel_design.patterns import colorants_of, make_pattern
 from paxel_design.patterns.snapping import FEWEST_PIXELS, snap_to_printer
 from paxel_design.visibility import Moire, PatternVisibility, beats, layout_spectrum, pattern_visibility, worst_moire
 from paxel_design.visibility.moire import Partition
@@ -42,6 +43,9 @@ _FINE_ZOOMS = tuple(np.linspace(0.97, 1.03, 9).tolist())
 _PIECE_PX, _SAMPLES = 160, 89
 _FINE_PIECE_PX, _FINE_SAMPLES = 256, 144
 _BLUE_NOISE_CELLS = 64
+
+_ALIKE = 1e-3
+"""Largest difference of the reflectances of two colorants that no projector tells apart."""
 
 
 @dataclass(frozen=True)
@@ -197,6 +201,7 @@ def advise(setup: Setup, progress: Progress = lambda *_: None) -> Advice:
     InputError
         If a colorant is unknown, or the colorants look alike under this projector.
     """
+    _require_apart(setup)
     places = [
         (layout, angle, dot)
         for layout in layouts_for(setup.colorants)
@@ -216,6 +221,17 @@ def advise(setup: Setup, progress: Progress = lambda *_: None) -> Advice:
     best.sort(key=lambda candidate: -candidate.score)
     told = tuple(replace(candidate, reasons=_reasons(setup, candidate, found)) for candidate in best)
     return Advice(setup, tuple(ranked), told)
+
+
+def _require_apart(setup: Setup) -> None:
+    """Colorants that reflect alike are one to a projector of red, green and blue: fluorescent inks shine under none."""
+    for a, b in combinations(colorants_of(setup.colorants), 2):
+        if np.allclose(a.reflectance, b.reflectance, rtol=0.0, atol=_ALIKE):
+            raise InputError(
+                f"--colorants {a.name} and {b.name} look alike under the red, green and blue "
+                "light that layouts are advised for; for fluorescent inks and a projector of one channel, use "
+                "--monochrome, which proposes their shares"
+            )
 
 
 def pareto(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -9,7 +9,7 @@ says.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -38,6 +38,7 @@ __all__ = [
     "Verdict",
     "Verdicts",
     "filled",
+    "numbered",
     "quoted",
 ]
 
@@ -244,6 +245,27 @@ class Section:
     blocks: tuple[Block, ...]
     quantities: Mapping[str, Quantity] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
+
+
+def numbered(sections: Sequence[Section]) -> dict[str, str]:
+    """What captions begin with, by the block's name: ``"Fig. 3"``, ``"Table 1"``; each kind counted through the report.
+
+    Raises
+    ------
+    InputError
+        If two blocks have one name.
+    """
+    numbers: dict[str, str] = {}
+    counts = {"Fig.": 0, "Table": 0}
+    for block in (block for section in sections for block in section.blocks):
+        if isinstance(block, Heading | Paragraph | Bullets):
+            continue
+        if block.name in numbers:
+            raise InputError(f"two blocks of the report have the name {block.name!r}; give one of them another")
+        kind = "Table" if isinstance(block, Table | Verdicts) else "Fig."
+        counts[kind] += 1
+        numbers[block.name] = f"{kind} {counts[kind]}"
+    return numbers
 
 
 def quoted(quantity: Quantity) -> str:

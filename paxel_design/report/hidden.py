@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from paxel_design.visibility.sensitivity import cycles_per_degree, luminance_sensitivity
 from paxel_runtime.errors import InputError
+from paxel_runtime.observer.ghosting import GHOST_CYCLES_PER_DEGREE
 from paxel_runtime.observer.smoothing import local_mean
 
 __all__ = ["HiddenPicture", "hidden_picture"]
@@ -22,8 +23,10 @@ __all__ = ["HiddenPicture", "hidden_picture"]
 _ADAPTED_DEG = 0.5
 """Sigma of the surround that the eye adapts to: contrast is relative to its mean."""
 
-_SLOWEST_CPD = 0.5
+_SLOWEST_CPD = GHOST_CYCLES_PER_DEGREE
 """Slower changes are not seen as a picture."""
+
+_FULL_CONTRAST = 1.0
 
 _FEWEST_MODES = 8
 """Fourier coefficients in an octave below which nothing can be told from chance."""
@@ -44,7 +47,8 @@ class HiddenPicture:
     shown : float
         Of the hidden picture itself, where it is shown: for scale.
     rms_percent : float
-        Root mean square contrast of what goes with the hidden picture, percent of the local luminance.
+        Root mean square contrast of what goes with the hidden picture, percent of the local luminance; what is too
+        fine for the eye does not count.
     """
 
     seen: float
@@ -100,18 +104,19 @@ def hidden_picture(
     fy, fx = np.fft.fftfreq(mask.shape[0], mm_per_px), np.fft.rfftfreq(mask.shape[1], mm_per_px)
     cpd = cycles_per_degree(np.hypot(fy[:, None], fx), distance_mm)
     twice = np.broadcast_to(np.where((fx == 0) | (2 * np.arange(len(fx)) == mask.shape[1]), 1.0, 2.0), cpd.shape)
-    weight = luminance_sensitivity(cpd, luminance_cd_m2) ** 2
+    sensitivity = luminance_sensitivity(cpd, luminance_cd_m2)
+    # Where full contrast would not be seen, the dots themselves are all there is.
+    visible, weight = (cpd >= _SLOWEST_CPD) & (sensitivity > _FULL_CONTRAST), sensitivity**2
     seen = power = 0.0
     edges = _SLOWEST_CPD * 2.0 ** np.arange(np.ceil(np.log2(cpd.max() / _SLOWEST_CPD)) + 1)
     for low, high in pairwise(edges):
-        octave = (cpd >= low) & (cpd < high)
+        octave = visible & (cpd >= low) & (cpd < high)
         if np.count_nonzero(octave) < _FEWEST_MODES:
             continue
         squared = _coefficient_squared(R[octave], O[octave], H[octave])
         density = twice[octave] * np.abs(H[octave]) ** 2
         seen += squared * float(density @ weight[octave])
         power += squared * float(density.sum())
-    visible = cpd >= _SLOWEST_CPD
     shown = float((twice * np.abs(H) ** 2 * weight)[visible].sum())
     return HiddenPicture(float(np.sqrt(2 * seen)), float(np.sqrt(2 * shown)), 100 * float(np.sqrt(power)))
 

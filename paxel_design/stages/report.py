@@ -49,19 +49,24 @@ _CHAPTERS: dict[str, Chapter] = {
 }
 """After the summary, in the report's order."""
 
+_OF_INSTALLATIONS = ("pattern", "pictures")
 _STEPS = len(_CHAPTERS) + len(("pdf", "html"))
 _MOST_JOBS = 2
 """Processes: the pictures take about as long as all other chapters, and the PDF longer than the HTML."""
 
 
 def report_sections(source: ReportSource, progress: Progress = lambda *_: None, jobs: int = 1) -> list[Section]:
-    """All chapters, the summary first; with two `jobs` the pictures are looked at in a process of their own."""
-    seen = beside(_CHAPTERS["pictures"], source, jobs=jobs)
+    """All chapters, the summary first; with two `jobs` the pictures are looked at in a process of their own.
+
+    A model.json alone has no chapters on what only an installation has.
+    """
+    names = [name for name in _CHAPTERS if source.installation is not None or name not in _OF_INSTALLATIONS]
+    later = {name: beside(_CHAPTERS[name], source, jobs=jobs) for name in names if name == "pictures"}
     made: dict[str, Section] = {}
-    for name in (*(name for name in _CHAPTERS if name != "pictures"), "pictures"):
+    for name in sorted(names, key=lambda name: name in later):
         progress(f"report: {name}", len(made), _STEPS)
-        made[name] = seen() if name == "pictures" else _CHAPTERS[name](source)
-    chapters = [made[name] for name in _CHAPTERS]
+        made[name] = later[name]() if name in later else _CHAPTERS[name](source)
+    chapters = [made[name] for name in names]
     return [summary.section(source, chapters), *chapters]
 
 

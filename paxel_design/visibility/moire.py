@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from paxel_design.visibility.beats import SLOW_SHARE
-from paxel_design.visibility.raster import BLUR_PX, met_by_light, own_light, returned
-from paxel_design.visibility.s_cielab import colorants_to_XYZ
+from paxel_design.visibility.passages import SCATTERING_MM, passages_to_XYZ
+from paxel_design.visibility.raster import BLUR_PX, area_shares, met_by_light, returned
 from paxel_design.visibility.sensitivity import cycles_per_degree, luminance_sensitivity
 from paxel_runtime.clustering.kmeans import lloyd, nearest
 from paxel_runtime.errors import InputError
@@ -34,9 +34,9 @@ __all__ = [
 ]
 
 Partition = Literal["light", "lab"]
-"""How pixels are sorted: ``"light"`` by the share of their light on each colorant, as a registered design gives it;
-``"lab"`` by k-means in CIELAB of the light they return, as in the paper: of two clusters of black and white, then,
-all pixels that meet more than a quarter to a third of white belong to white."""
+"""How pixels are sorted: ``"light"`` by the share of their area on each colorant, as a registered design gives it;
+``"lab"`` by k-means in CIELAB of what they return under full light, as in the paper: of two clusters of black and
+white, then, all pixels with more than a third of white belong to white."""
 
 _MARGIN_PX = 2
 _FITTED = 20_000
@@ -55,11 +55,14 @@ class Moire:
         In threshold units at the distance: 1 is just seen.
     period_mm : float
         Of the component that is seen best; infinite where there is none.
+    line_share : float
+        Of the slow variance, in its strongest line: near 1 stripes, near 0 the noise of a random layout.
     """
 
     contrast: float
     visibility: float
     period_mm: float
+    line_share: float = 0.0
 
 
 def moire(
@@ -74,6 +77,9 @@ def moire(
     size_px: int = 384,
     samples: int = 89,
     blur_px: float = BLUR_PX,
+    scattering_mm: float = SCATTERING_MM,
+    ragged_mm: float = 0.0,
+    aim: ArrayLike | None = None,
 ) -> Moire:
     """How much a layout beats against a raster of some pitch.
 
@@ -95,16 +101,30 @@ def moire(
     samples : int
         Samples of the print in a pixel, 8 to 1597; the next Fibonacci number is taken. The mean over pitches and phases
         is within 5 % of the limit at 89, and 2 % at 233.
-    blur_px : float
-        Sigma of the projector's blur, pixels.
+    blur_px, scattering_mm, ragged_mm : float
+        Sigma of the projector's blur, pixels, of the light's way in the paper, and of the noise of the print's edges.
+    aim : (3, 3) array, optional
+        How the projector is turned and tilted, see `raster.met_by_light`; None = not at all.
 
     Raises
     ------
     InputError
-        If a length is not positive, K is neither the number of colorants nor one more, or the partition is unknown.
+        If a length is not positive, K is neither the number of colorants nor one more, the partition is unknown, or the
+        aim no homography.
     """
-    view = moire_picture(pattern, pitch_mm, K=K, partition=partition, offset_px=offset_px, size_px=size_px,
-                         samples=samples, blur_px=blur_px)  # fmt: skip
+    view = moire_picture(
+        pattern,
+        pitch_mm,
+        K=K,
+        partition=partition,
+        offset_px=offset_px,
+        size_px=size_px,
+        samples=samples,
+        blur_px=blur_px,
+        scattering_mm=scattering_mm,
+        ragged_mm=ragged_mm,
+        aim=aim,
+    )
     return moire_of_picture(view, pattern.dot_size_mm, pitch_mm, distance_mm, luminance_cd_m2)
 
 
@@ -142,10 +162,14 @@ def moire_of_picture(
     sensitivity = luminance_sensitivity(cycles_per_degree(radius, distance_mm), luminance_cd_m2)
     seen = np.where(slow, variance * sensitivity**2, 0.0)
     peak = np.unravel_index(int(np.argmax(seen)), seen.shape)
+    kept = np.where(slow, variance, 0.0)
+    row, column = np.unravel_index(int(np.argmax(kept)), kept.shape)
+    line = kept[np.arange(row - 1, row + 2) % rows, max(column - 1, 0) : column + 2].sum()
     return Moire(
         float(np.sqrt(variance[slow].sum())),
         float(np.sqrt(2 * seen.sum())),
         float(1 / radius[peak]) if seen[peak] > 0 else np.inf,
+        float(line / kept.sum()) if kept.any() else 0.0,
     )
 
 
@@ -159,29 +183,34 @@ def moire_picture(
     size_px: int = 384,
     samples: int = 89,
     blur_px: float = BLUR_PX,
+    scattering_mm: float = SCATTERING_MM,
+    ragged_mm: float = 0.0,
+    aim: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     """Luminance of the print with the cluster of its brightest colorant lit, averaged over each pixel.
 
     (size_px, size_px); 1 is a perfect diffuser under full light. Parameters and errors as `moire`.
     """
-    XYZ = colorants_to_XYZ(pattern.palette)
-    met = met_by_light(
-        pattern, pitch_mm, size_px + 2 * _MARGIN_PX, offset_px=offset_px, samples=samples, blur_px=blur_px
-    )
-    lit = sort_pixels(own_light(met), XYZ, K, partition) == np.argmax(XYZ[:, 1])
+    XYZ = passages_to_XYZ(pattern.palette)
+    met = met_by_light(pattern, pitch_mm, size_px + 2 * _MARGIN_PX, offset_px=offset_px, aim=aim, samples=samples,
+                       blur_px=blur_px, scattering_mm=scattering_mm, ragged_mm=ragged_mm)  # fmt: skip
+    brightest = int(np.argmax(np.diagonal(XYZ[..., 1])))
+    lit = sort_pixels(area_shares(met), XYZ, K, partition) == brightest
     inner = slice(_MARGIN_PX, -_MARGIN_PX)
-    return np.ascontiguousarray(returned(lit, met, XYZ[:, 1])[inner, inner])
+    return np.ascontiguousarray(returned(lit, met, XYZ[..., 1])[inner, inner])
 
 
-def sort_pixels(own: NDArray[np.float64], XYZ: NDArray[np.float64], K: int, partition: Partition) -> NDArray[np.int64]:
+def sort_pixels(
+    shares: NDArray[np.float64], XYZ: NDArray[np.float64], K: int, partition: Partition
+) -> NDArray[np.int64]:
     """Cluster of each pixel: index of its colorant, or M for those on edges.
 
     Parameters
     ----------
-    own : (..., M) array
-        Share of each pixel's light on each colorant, of `raster.own_light`.
-    XYZ : (M, 3) array
-        Of the colorants, Y = 1 for a perfect diffuser.
+    shares : (..., M, M) array
+        Of each pixel's area, where light enters and leaves each colorant: `raster.area_shares`.
+    XYZ : (M, M, 3) array
+        Of light that enters and leaves each colorant, Y = 1 for a perfect diffuser: `passages.passages_to_XYZ`.
     K : int
         M, or M + 1.
     partition : "light" or "lab"
@@ -200,14 +229,19 @@ def sort_pixels(own: NDArray[np.float64], XYZ: NDArray[np.float64], K: int, part
         raise InputError(f"partition must be one of {', '.join(get_args(Partition))}, got {partition!r}")
     # the colorants alone and, for edges, their even mixture
     centres = np.concatenate([np.eye(colorants), np.full((1, colorants), 1 / colorants)])[:K]
-    points = np.ascontiguousarray(own.reshape(-1, colorants))
-    if partition == "lab":
-        white_XYZ = XYZ[np.argmax(XYZ[:, 1])] / XYZ[:, 1].max()
+    if partition == "light":
+        points = shares.sum(axis=-1)
+    else:
+        solid_XYZ = np.diagonal(XYZ).T
+        brightest_XYZ = solid_XYZ[np.argmax(solid_XYZ[:, 1])]
+        seen_XYZ = np.einsum("...ab,abc->...c", shares, XYZ)
         points, starts = (
-            np.asarray(XYZ_to_Lab(np.maximum(shares @ XYZ, 0.0), white_XYZ), np.float64) for shares in (points, centres)
+            np.asarray(XYZ_to_Lab(np.maximum(each, 0.0), brightest_XYZ / brightest_XYZ[1]), np.float64)
+            for each in (seen_XYZ, centres @ solid_XYZ)
         )
-        centres, _ = lloyd(points[:: max(1, len(points) // _FITTED)], starts)
-    return nearest(points, centres)[0].reshape(own.shape[:-1])
+        centres, _ = lloyd(points.reshape(-1, 3)[:: max(1, points[..., 0].size // _FITTED)], starts)
+    flat = np.ascontiguousarray(points.reshape(-1, points.shape[-1]))
+    return nearest(flat, centres)[0].reshape(points.shape[:-1])
 
 
 def worst_moire(

@@ -37,23 +37,23 @@ class Room:
 
 def room_of(model: PredictionModel) -> Room:
     """Contrast and volume of a model's linear part; zeros where its surfaces share no grays or colours."""
-    joint = JointGamut(model.linear)
-    if model.white is None:
-        full = sub_gamut(model.linear, Full())
-        try:
-            low, high = full.gray_range()
-        except GamutError:
-            low, high = 0.0, 0.0
-        return Room(high - low, exact_volume(full, _EDGE))
     try:
-        lengths = [high - low for low, high in lightness_rectangle(joint)]
-    except GamutError:
+        return _of_pairs(JointGamut(model.linear)) if model.white is not None else _of_one(model.linear)
+    except GamutError:  # no grays in common, or colours in a plane
         return Room(0.0, 0.0)
-    try:
-        volumes = [exact_volume(side, _EDGE) for side in product_pair(joint, "closure")]
-    except GamutError:
-        volumes = [0.0, 0.0]
+
+
+def _of_pairs(joint: JointGamut) -> Room:
+    lengths = [high - low for low, high in lightness_rectangle(joint)]
+    volumes = [exact_volume(side, _EDGE) for side in product_pair(joint, "closure")]
     return Room(float(np.sqrt(np.prod(lengths))), float(np.sqrt(np.prod(volumes))))
+
+
+def _of_one(model: PredictionModel) -> Room:
+    full = sub_gamut(model, Full())
+    volume = exact_volume(full, _EDGE)
+    low, high = full.gray_range()
+    return Room(high - low, volume)
 
 
 def common_range(model: PredictionModel) -> tuple[float, float] | None:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf, ndtri
 
+from paxel_design.visibility.passages import SCATTERING_MM, passage_reflectances, passages_to_XYZ
 from paxel_design.visibility.raster import BLUR_PX
 from paxel_design.visibility.s_cielab import colorants_to_XYZ
 from paxel_runtime.clustering import cluster, cluster_coverages
@@ -62,9 +63,9 @@ class Lighting:
         Whether there is a white sheet.
     black : float
         Light of everything at input 0, as a share of full white.
-    spread_mm : float
-        Standard deviation of the way of light in the paper, along an axis: of coated paper, some 0.05 to 0.1 mm. It
-        changes the effect of all prints nearly alike, and the ratio of two hardly.
+    scattering_mm : float
+        Standard deviation of the way of light in the paper, along an axis. It changes the effect of all prints nearly
+        alike, and the ratio of two hardly.
 
     Raises
     ------
@@ -78,13 +79,13 @@ class Lighting:
     sorted_by: SortedBy = "kmeans"
     second_surface: bool = True
     black: float = 0.001
-    spread_mm: float = 0.06
+    scattering_mm: float = SCATTERING_MM
 
     def __post_init__(self) -> None:
-        if not (self.pitch_mm > 0 and self.spread_mm >= 0 and 0 <= self.black < 1):
+        if not (self.pitch_mm > 0 and self.scattering_mm >= 0 and 0 <= self.black < 1):
             raise InputError(
-                "a simulated print needs pitch_mm > 0, spread_mm >= 0 and black in 0..1, got "
-                f"{self.pitch_mm}, {self.spread_mm} and {self.black}"
+                "a simulated print needs pitch_mm > 0, scattering_mm >= 0 and black in 0..1, got "
+                f"{self.pitch_mm}, {self.scattering_mm} and {self.black}"
             )
 
 
@@ -133,7 +134,7 @@ def _ways(pattern: Pattern, lighting: Lighting, size_px: int) -> _Array:
     """Share of each pixel's light by the colorant it enters through and the one it leaves through, (H, W, M, M)."""
     landed, wandered = _paths(_PATHS)
     enters = landed * lighting.pitch_mm
-    leaves = enters + wandered * lighting.spread_mm
+    leaves = enters + wandered * lighting.scattering_mm
     middle_px = np.arange(size_px) - 0.5 * size_px
     x_mm = (middle_px + _OFFSET_PX[0])[None] * lighting.pitch_mm
     y_mm = -(middle_px + _OFFSET_PX[1])[:, None] * lighting.pitch_mm
@@ -184,18 +185,16 @@ def _returned(pattern: Pattern, lighting: Lighting, ways: _Array) -> tuple[_Arra
     white : (3,) array
         Of all channels on the white sheet or, without one, on the print.
     """
-    inks = np.array([colorant.reflectance for colorant in pattern.palette])
+    passed, passed_XYZ = passage_reflectances(pattern.palette), passages_to_XYZ(pattern.palette)
     paper = pattern.library["white"]
-    solids_XYZ = colorants_to_XYZ(pattern.palette)
     primaries = _primaries()
     of_ways, of_paper = [], []
     for channel in lighting.channels:
-        # ink is passed on the way in and on the way out: each time the root of its reflectance
         if channel in primaries:
-            of_ways.append(spectra_to_XYZ(primaries[channel] * np.sqrt(inks[:, None] * inks)))
+            of_ways.append(spectra_to_XYZ(primaries[channel] * passed))
             of_paper.append(spectra_to_XYZ(primaries[channel] * paper.reflectance))
         else:
-            of_ways.append(np.sqrt(solids_XYZ[:, None] * solids_XYZ))
+            of_ways.append(passed_XYZ)
             of_paper.append(colorants_to_XYZ([paper])[0])
     if lighting.second_surface:
         white = np.sum(of_paper, axis=0)

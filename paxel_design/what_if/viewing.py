@@ -43,11 +43,11 @@ def view_changes(case: Case) -> Iterator[Change]:
 def least_distance_mm(case: Case) -> float:
     """From where the dots are not seen: of the previews where there are some, else by the print's spectrum."""
     told = [
-        float(record[f"on_{surface}"]["minimum_distance_mm"])
+        float(view["minimum_distance_mm"])
         for path, record in case.records.items()
         if path.startswith("preview/")
-        for surface in ("pattern", "white")
-        if record.get(f"on_{surface}", {}).get("minimum_distance_mm")
+        for view in (record.get("on_pattern"), record.get("on_white"))
+        if view and view.get("minimum_distance_mm")
     ]
     if told or case.printed is None:
         return max(told, default=_NEAREST_MM)
@@ -76,7 +76,7 @@ def moire_of(printed: PrintCase, pattern: Pattern) -> float:
 
 def _angle(case: Case, printed: PrintCase) -> Change:
     pattern = printed.pattern
-    others = [angle for angle in ANGLES_DEG if abs(angle - pattern.angle_deg) > _OTHER_ANGLE_DEG]
+    others = [angle for angle in ANGLES_DEG if angle and abs(angle - pattern.angle_deg) > _OTHER_ANGLE_DEG]
     moires = [moire_of(printed, replace(pattern, angle_deg=angle)) for angle in others]
     best = int(np.argmin(moires))
     values = {"angle": option(others[best], "degrees"), "angle_now": option(pattern.angle_deg, "degrees")}

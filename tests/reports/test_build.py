@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from paxel_runtime.errors import GamutError
-from reports import build
+from paxel_runtime.errors import GamutError, UsageError
+from paxel_runtime.installation import Installation
+from reports import build, shared_installations
 from reports.comparison import README, REFERENCE, deviations, read_references, readme_table, with_table
 from reports.paper import TOLERANCES, Figure, Item, Result, Run, record, run_item
-from reports.shared_installations import SHARED
 
 REPORTS = Path(build.__file__).parent
 ITEM = Item("invented", "Fig. 99", "two numbers")
@@ -127,12 +127,33 @@ def test_a_build_fails_until_there_is_a_reference_and_when_a_figure_moves(
     assert read_references("invented", tmp_path)["quick"]["relations"] == {"one is one": True}
 
 
+def test_a_quick_build_leaves_long_items_out_unless_they_are_named(
+    invented: Callable[..., int], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert set(build.LONG) < {path.stem for path in REPORTS.glob("*.py")}
+    monkeypatch.setattr(build, "LONG", ("invented",))
+    assert invented(Result("one", FIGURES)) == 0
+    assert "0 items" in capsys.readouterr().out
+    assert invented(Result("one", FIGURES), "--only", "invented") == 1, "there is no reference"
+
+
+def test_a_ready_installation_takes_the_place_of_the_shared_one_of_the_same_settings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(shared_installations, "BUILD", tmp_path / "build")
+    ready = Installation.create(tmp_path / "ready", shared_installations.settings_of("cmyrgb", True)).path
+    assert shared_installations.adopt(ready, True) == "cmyrgb"
+    assert shared_installations.place_of("cmyrgb", True).resolve() == ready.resolve()
+    with pytest.raises(UsageError, match="has the settings of none of the full installations: bw-checkerboard, cmyrgb"):
+        shared_installations.adopt(ready, False)
+
+
 @pytest.mark.parametrize("name", build.NAMES)
 def test_every_script_keeps_to_the_conventions(name: str) -> None:
     text = (REPORTS / f"{name}.py").read_text(encoding="utf-8")
     item = build.item_of(name)
     assert item.name == name
-    assert set(item.uses) <= set(SHARED)
+    assert set(item.uses) <= set(shared_installations.SHARED)
     assert len(text.splitlines()) <= 95
     assert text.endswith('if __name__ == "__main__":\n    sys.exit(run_item(ITEM, make))\n'), "[FOLDER] [--quick]"
     for node in ast.walk(ast.parse(text)):

@@ -74,7 +74,7 @@ def residual_chart(residuals: Mapping[str, NDArray[np.floating]], block_px: int)
     import matplotlib
 
     known = np.concatenate([values[np.isfinite(values)] for values in residuals.values()])
-    top = max(float(np.percentile(known, 99)), 1e-3) if known.size else 1.0
+    top = 1.5 * max(float(np.percentile(known, 99)), 1e-3) if known.size else 1.0
     rows, columns = next(iter(residuals.values())).shape
     each = 160 / len(residuals)
     with matplotlib.rc_context(style()):
@@ -91,7 +91,7 @@ def residual_chart(residuals: Mapping[str, NDArray[np.floating]], block_px: int)
 
 
 def _gray_safe_map() -> str:
-    return "cividis_r"  # its lightness falls evenly
+    return "YlGnBu"  # its lightness falls evenly
 
 
 def response_chart(response: ProjectorResponse, channels: Sequence[str]) -> Figure:

@@ -80,5 +80,6 @@ def _draw_colours(axes: Any, model: PredictionModel) -> None:
         axes.plot(*ring.T, LINE_STYLES[k], color=PALETTE[k], label=_SURFACES[surface])
     axes.axhline(0, color=GRAYS[2], lw=0.6)
     axes.axvline(0, color=GRAYS[2], lw=0.6)
-    axes.set(aspect="equal", xlabel="a*", ylabel="b*", title="colours, seen along the gray axis")
-    axes.legend(loc="upper left", fontsize=6.5)
+    axes.set(aspect="equal", xlabel="a*", ylabel="b*")
+    axes.set_title("all colours", pad=18)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=6.5)

@@ -54,7 +54,7 @@ def spectrum_chart(
 
     limit = 2.0 / dot_size_mm
     with matplotlib.rc_context(style()):
-        figure = new_figure(60)
+        figure = new_figure(57)
         plane, radial = figure.subplots(1, 2, width_ratios=(1, 1.5))
         _draw_plane(plane, spectrum, pitch_mm, limit)
         _draw_radial(radial, spectrum, pitch_mm, limit, distance_mm, luminance_cd_m2)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from paxel_design.report.bodies import colored
 from paxel_design.report.content import (
     Bullets,
     Chart,
@@ -16,7 +17,6 @@ from paxel_design.report.content import (
     Picture,
     Pictures,
     Scene,
-    Section,
     Table,
     Verdict,
     Verdicts,
@@ -24,10 +24,10 @@ from paxel_design.report.content import (
 from paxel_design.report.html.charts import chart_svg
 from paxel_design.report.html.images import picture_uri
 from paxel_design.report.html.markup import Wording, tag
-from paxel_design.report.html.scenes import STILL_PX, colored
+from paxel_design.report.html.scenes import STILL_PX
 from paxel_runtime.errors import InputError
 
-__all__ = ["BLOCKS", "Setting", "heading_anchor", "numbered"]
+__all__ = ["BLOCKS", "Setting", "heading_anchor"]
 
 _MARKS = {"good": "●", "usable": "◐", "weak": "○"}
 """Verdicts differ in shape and word, not only in colour."""
@@ -55,20 +55,6 @@ class Setting:
     stills: Mapping[str, str]
     sections: tuple[str, ...]
     section: str
-
-
-def numbered(sections: Sequence[Section]) -> dict[str, str]:
-    """What captions begin with, by the block's name: figures and tables are counted through the report, each apart."""
-    labels: dict[str, str] = {}
-    figures = tables = 0
-    for block in (block for section in sections for block in section.blocks):
-        if isinstance(block, Chart | Pictures | Scene):
-            figures += 1
-            labels[block.name] = f"Fig. {figures}"
-        elif isinstance(block, Table | Verdicts):
-            tables += 1
-            labels[block.name] = f"Table {tables}"
-    return labels
 
 
 def heading_anchor(section: str, heading: Heading) -> str:
@@ -139,33 +125,34 @@ def _chart(block: Chart, setting: Setting) -> str:
 
 
 def _pictures(block: Pictures, setting: Setting) -> str:
-    abreast = len(block.pictures)
-    row = tag("div", *(_picture(picture, abreast, setting.wording) for picture in block.pictures), class_="row")
+    measured = any(picture.width_mm is not None for picture in block.pictures)
+    pictures = (_picture(picture, len(block.pictures), setting.wording) for picture in block.pictures)
+    row = tag("div", *pictures, class_="row measured" if measured else "row")
     return tag("figure", row, _caption(block.name, block.caption, setting), id=block.name)
 
 
 def _picture(picture: Picture, abreast: int, wording: Wording) -> str:
     height, width = picture.picture.shape[:2]
-    fixed = picture.width_mm is not None
-    label = wording.plain(picture.label)
+    width_mm = picture.width_mm
+    label, note = wording.plain(picture.label), wording.markup(picture.note)
     image = tag(
         "img",
-        src=picture_uri(picture.picture, exact=fixed or picture.pixelated, abreast=abreast),
+        src=picture_uri(picture.picture, exact=width_mm is not None or picture.pixelated, abreast=abreast),
         alt=label,
         width=str(width),
         height=str(height),
         class_="pixelated" if picture.pixelated else None,
-        style=f"width:{picture.width_mm:g}mm" if fixed else None,
+        style=None if width_mm is None else f"width:{width_mm:g}mm",
         decoding="async",
     )
-    if fixed:
-        image = tag("div", image, class_="scroll")
-        note = f"{picture.width_mm:g} mm wide, true scale on paper; screens differ: hold a ruler to it."
-        image += tag("p", note, class_="note")
-    else:
+    if width_mm is None:
         image = tag("button", image, type="button", class_="enlarge", aria_label=f"Enlarge: {label}", disabled=True)
-    note = tag("p", wording.markup(picture.note), class_="note") if picture.note else ""
-    return tag("div", tag("p", wording.markup(picture.label), class_="label"), image, note, class_="picture")
+    else:
+        scale = f"{width_mm:g} mm wide, true scale on paper; screens differ: hold a ruler to it."
+        image = tag("div", image, class_="scroll") + tag("p", scale, class_="note")
+    heading = tag("p", wording.markup(picture.label), class_="label")
+    look = "picture" if width_mm is None else "picture true-scale"
+    return tag("div", heading, image, tag("p", note, class_="note"), class_=look)
 
 
 def _scene(block: Scene, setting: Setting) -> str:
@@ -183,7 +170,7 @@ def _scene(block: Scene, setting: Setting) -> str:
 
 
 _KEYS = "Arrow keys turn it, plus and minus zoom."
-_NO_SCRIPT = "Scripts are off, so the bodies cannot be turned here; the picture shows the first standard view."
+_NO_SCRIPT = "Scripts are off, so the bodies cannot be turned here; the picture shows the front view."
 
 _TOOLS = tag(
     "div",
@@ -191,8 +178,8 @@ _TOOLS = tag(
         tag("button", words, type="button", data_do=action)
         for action, words in {
             "start": "Turn it in 3-D",
-            "view-0": "View 1",
-            "view-1": "View 2",
+            "view-0": "Front view",
+            "view-1": "Back view",
             "closer": "Closer",
             "further": "Further",
             "colors": "Displayed colours",

@@ -7,7 +7,7 @@
 const paxelBodies = (() => {
   const LIGHT_FROM = [0.1, -0.45, 0.89]; // as (a*, b*, L*)
   const CREASE = Math.cos((40 * Math.PI) / 180); // faces that meet at a sharper edge are shaded apart
-  const INSET = 1; // CIELAB units that each next body is drawn smaller, or faces that two share would flicker
+  const SHRINK = 0.02; // by which each next body is drawn smaller, or faces that two share would flicker
 
   const data = JSON.parse(document.getElementById("scene-data").textContent);
   const cache = new Map();
@@ -35,7 +35,7 @@ const paxelBodies = (() => {
     });
 
   // The mesh with a vertex of its own on each side of every crease.
-  // origin: the vertex that a new one was; split: corners by new vertices; shades: light on them; outward: of the old.
+  // origin: the vertex that a new one was; split: corners by new vertices; shades: light on them.
   function creased({ axes, corners }) {
     const count = axes[0].length;
     const sides = Array.from({ length: count }, () => []);
@@ -58,23 +58,24 @@ const paxelBodies = (() => {
         split[k][face] = side.index;
       });
     }
-    const sum = (vectors) => vectors.reduce((total, v) => total.map((part, m) => part + v[m]), [0, 0, 0]);
     return {
       origin: all.map((side) => side.vertex),
       split,
       shades: all.map((side) => 0.7 + 0.3 * dot(unit(side.normal), LIGHT_FROM)),
-      outward: sides.map((of) => unit(sum(of.map((side) => side.normal)))),
     };
   }
 
-  // Places (a*, b*, L*) and faces of body number `depth` from the outside.
+  // Places (a*, b*, L*) and faces of body number `depth` from the outside, and what each place truly is.
   const shapeOf = (id, depth) =>
     once(`${id} ${depth}`, () => {
-      const { axes, origin, outward, split } = meshOf(id);
-      const [x, y, z] = axes.map((axis, m) =>
-        Float32Array.from(origin, (vertex) => axis[vertex] - INSET * depth * outward[vertex][m]),
-      );
-      return { x, y, z, i: split[0], j: split[1], k: split[2] };
+      const { axes, origin, split } = meshOf(id);
+      const [x, y, z] = axes.map((axis) => {
+        const middle = axis.reduce((sum, value) => sum + value, 0) / axis.length;
+        return Float32Array.from(origin, (vertex) => axis[vertex] + SHRINK * depth * (middle - axis[vertex]));
+      });
+      const [a, b, L] = axes;
+      const text = origin.map((v) => `L* ${L[v].toFixed(0)}<br>a* ${a[v].toFixed(0)}<br>b* ${b[v].toFixed(0)}`);
+      return { x, y, z, i: split[0], j: split[1], k: split[2], text };
     });
 
   // Colours of the same vertices in the light: of one colour, "#rrggbb", or as displayed.

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from paxel_design.report.content import Heading, Quantity, Scene, Section
-from paxel_design.report.html.blocks import BLOCKS, Setting, heading_anchor, numbered
+from paxel_design.report.content import Heading, Quantity, Scene, Section, numbered
+from paxel_design.report.html.blocks import BLOCKS, Setting, heading_anchor
 from paxel_design.report.html.markup import Wording, escaped, tag, wording_of
 from paxel_design.report.html.scenes import scene_data, scene_stills
 from paxel_runtime.errors import InputError

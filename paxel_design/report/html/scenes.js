@@ -16,7 +16,7 @@
   const PICTURE_PX = { width: 1200, height: 800 };
   const CONFIG = { displayModeBar: false, scrollZoom: false, responsive: true };
   const NO_LIGHT = { ambient: 1, diffuse: 0, specular: 0, fresnel: 0 }; // it is painted on the bodies
-  const NO_WEBGL = "This browser offers no WebGL, so the bodies cannot be turned; the picture shows the first standard view.";
+  const NO_WEBGL = "This browser offers no WebGL, so the bodies cannot be turned; the picture shows the front view.";
 
   const { azimuths, scenes, shapeOf, paintOf, rangesOf } = paxelBodies;
   const states = new Map(); // figure -> what the reader has done to it
@@ -35,7 +35,7 @@
       visible: !state.hidden.has(depth),
       showlegend: Boolean(body.label),
       lighting: NO_LIGHT,
-      hovertemplate: "L* %{z:.0f}<br>a* %{x:.0f}<br>b* %{y:.0f}<extra>%{fullData.name}</extra>",
+      hovertemplate: "%{text}<extra>%{fullData.name}</extra>",
     }));
   }
 
@@ -149,7 +149,7 @@
       await Plotly.react(place(figure), traces(state), layout(state), CONFIG);
     } catch (error) {
       stop(figure);
-      say(figure, `The bodies cannot be drawn here (${error.message}); the picture shows the first standard view.`);
+      say(figure, `The bodies cannot be drawn here (${error.message}); the picture shows the front view.`);
       return;
     }
     say(figure, "");

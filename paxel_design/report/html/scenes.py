@@ -21,31 +21,17 @@ from PIL import Image
 from paxel_design.gamut.mesh_files import display_colors
 from paxel_design.gamut.meshes import GamutMesh
 from paxel_design.gamut.scenes import SceneBody, write_scene
-from paxel_design.report.charts.style import PALETTE
+from paxel_design.report.bodies import AZIMUTHS_DEG, colored
 from paxel_design.report.content import Scene
 from paxel_design.report.html.images import photo_uri
 from paxel_runtime.errors import GamutError
 
-__all__ = ["AZIMUTHS_DEG", "STILL_PX", "colored", "scene_data", "scene_stills"]
-
-AZIMUTHS_DEG = (-55.0, 125.0)
-"""Where the viewer of the two standard views stands, from +a* towards +b*; stills show the first."""
+__all__ = ["STILL_PX", "scene_data", "scene_stills"]
 
 STILL_PX = (900, 600)
 
-_COLORS = ("#7f7f7f", *PALETTE)
-"""Of bodies in turn that have none of their own; the outermost is gray glass."""
-
 _GLASS = 0.3
 """Opacity of a body that has others inside."""
-
-
-def colored(bodies: Sequence[SceneBody]) -> tuple[SceneBody, ...]:
-    """The bodies, the largest first, each with its colour; a single one without keeps the colours of its vertices."""
-    order = sorted(bodies, key=lambda body: -body.mesh.mesh_volume)
-    if len(order) == 1:
-        return tuple(order)
-    return tuple(replace(body, color=body.color or _COLORS[k % len(_COLORS)]) for k, body in enumerate(order))
 
 
 def scene_stills(scenes: Sequence[Scene]) -> dict[str, str]:

@@ -93,7 +93,8 @@ def columns_of(grid: Grid, type_: Typography) -> Columns:
         np.array([getattr(column, part) for column in columns]) + 2 * PAD_X_PT + 0.5  # 0.5: rounding of widths
         for part in ("head_width", "cell_width", "word_width")
     )
-    on_one_line, heads_on_two = np.maximum(heads, cells), np.maximum.reduce((heads / 2, cells, words))
+    heads_on_two = np.maximum.reduce((heads / 2, cells, words))
+    on_one_line = np.maximum(heads, heads_on_two)
     if heads_on_two.sum() <= TEXT_WIDTH_PT:
         widths = _shared_widths(on_one_line, heads_on_two)
     else:

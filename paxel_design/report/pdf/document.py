@@ -22,7 +22,7 @@ from reportlab.platypus import (
     Paragraph,
 )
 
-from paxel_design.report.content import Section
+from paxel_design.report.content import Section, numbered
 from paxel_design.report.pdf.contents import ContentsColumns, ContentsLine, Entry
 from paxel_design.report.pdf.finish import finished
 from paxel_design.report.pdf.furniture import Furniture, draw_foot, draw_head
@@ -40,7 +40,7 @@ from paxel_design.report.pdf.layout import (
 )
 from paxel_design.report.pdf.objects import Objects
 from paxel_design.report.pdf.scenes import SceneDrawer
-from paxel_design.report.pdf.story import CONTENTS, Story, numbered, section_flowables
+from paxel_design.report.pdf.story import CONTENTS, Story, section_anchor, section_flowables
 from paxel_design.report.pdf.typography import SOFT_INK, markup, typography
 from paxel_runtime.errors import InputError
 from paxel_runtime.storage import write_atomically
@@ -106,9 +106,9 @@ def set_document(
 def _check(sections: Sequence[Section]) -> None:
     if not sections:
         raise InputError("a report needs one section or more, got none")
-    seen: set[str] = set()
+    seen = {CONTENTS.rstrip("/")}
     for section in sections:
-        if section.key in seen | {CONTENTS}:
+        if section.key in seen:
             raise InputError(f"two sections of the report have the key {section.key!r}; give one of them another")
         seen.add(section.key)
 
@@ -138,9 +138,10 @@ def _one_pass(sections: Sequence[Section], story: Story, furniture: Furniture, s
     flowables, entries = _first_page(sections[0], story, furniture, subtitle, first)
     rest: list[Flowable] = []
     for section in sections[1:]:
-        templates.append(_template(section.key, _frame(section.key, TOP_PT, story.layout), furniture, section.title))
+        name = section_anchor(section.key)
+        templates.append(_template(name, _frame(name, TOP_PT, story.layout), furniture, section.title))
         parts, further = section_flowables(section, story)
-        rest += [NextPageTemplate(section.key), PageBreak(), *parts]
+        rest += [NextPageTemplate(name), PageBreak(), *parts]
         entries += further
     templates.append(_template(CONTENTS, _frame(CONTENTS, TOP_PT, story.layout), furniture, "Contents"))
     document.addPageTemplates(templates)

@@ -15,29 +15,15 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from paxel_design.gamut.scenes import SceneBody, write_scene
-from paxel_design.report.charts import PALETTE
+from paxel_design.report.bodies import AZIMUTHS_DEG, colored
 from paxel_design.report.content import Picture, Scene
 
-__all__ = ["COLORS", "SceneDrawer", "coloured"]
-
-COLORS = ("#7f7f7f", *PALETTE)
-"""Of bodies in turn that have none of their own; the outermost is gray glass."""
-
-_SIDES_DEG = (-55.0, 125.0)
-"""Where the viewer stands: opposite sides."""
+__all__ = ["SceneDrawer"]
 
 _SIZE_PX = (720, 610)
 """The numbers along the axes are 15 of these pixels high: 6 points where the picture is half the text's width."""
 
 _MARGIN_PX = 6
-
-
-def coloured(scene: Scene) -> tuple[SceneBody, ...]:
-    """The bodies, the largest first, each with a colour; a single one keeps the colours of its vertices."""
-    if len(scene.bodies) == 1:
-        return scene.bodies
-    order = sorted(scene.bodies, key=lambda body: -body.mesh.mesh_volume)
-    return tuple(replace(body, color=body.color or COLORS[k % len(COLORS)]) for k, body in enumerate(order))
 
 
 class SceneDrawer:
@@ -54,11 +40,11 @@ class SceneDrawer:
         GamutError
             If there is no body, or no picture can be drawn on this machine.
         """
-        bodies = coloured(scene)
+        bodies = colored(scene.bodies)
         key = _digest(bodies)
         if key not in self._drawn:
             with TemporaryDirectory() as folder:
-                sides = [_drawn(Path(folder) / f"{k}.png", bodies, side) for k, side in enumerate(_SIDES_DEG)]
+                sides = [_drawn(Path(folder) / f"{k}.png", bodies, side) for k, side in enumerate(AZIMUTHS_DEG)]
             box = _common_box(sides)
             self._drawn[key] = tuple(Picture(np.ascontiguousarray(side[box]), "") for side in sides)
         return self._drawn[key]

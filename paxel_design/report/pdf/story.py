@@ -5,11 +5,12 @@ Pure arrangement: it opens no file and knows no PDF object.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from reportlab.platypus import CondPageBreak, Flowable, Paragraph
 
+from paxel_design.report.bodies import colored
 from paxel_design.report.content import (
     Block,
     Bullets,
@@ -33,14 +34,14 @@ from paxel_design.report.pdf.figures import GAP_PT, Cell, Figure
 from paxel_design.report.pdf.layout import FRAME_HEIGHT_PT, PT_PER_MM, TEXT_WIDTH_PT, Layout, set_anchor
 from paxel_design.report.pdf.objects import Objects
 from paxel_design.report.pdf.rows import picture_lines
-from paxel_design.report.pdf.scenes import SceneDrawer, coloured
+from paxel_design.report.pdf.scenes import SceneDrawer
 from paxel_design.report.pdf.tables import TableFlowable
 from paxel_design.report.pdf.typography import Typography, link, markup, typography
 from paxel_runtime.errors import InputError
 
-__all__ = ["CONTENTS", "Story", "numbered", "section_flowables"]
+__all__ = ["CONTENTS", "Story", "section_anchor", "section_flowables"]
 
-CONTENTS = "contents"
+CONTENTS = "contents/"
 """Anchor of the contents, where every caption's number leads back to."""
 
 _MARKS: dict[Judgement, tuple[str, str]] = {
@@ -83,26 +84,9 @@ class Story:
     layout: Layout = field(default_factory=Layout)
 
 
-def numbered(sections: Sequence[Section]) -> dict[str, str]:
-    """The number of every figure and table, by the name of its block.
-
-    Raises
-    ------
-    InputError
-        If two blocks have one name.
-    """
-    numbers: dict[str, str] = {}
-    counts = {"Fig.": 0, "Table": 0}
-    for section in sections:
-        for block in section.blocks:
-            if isinstance(block, Heading | Text | Bullets):
-                continue
-            if block.name in numbers:
-                raise InputError(f"two blocks of the report have the name {block.name!r}; give one of them another")
-            kind = "Table" if isinstance(block, Table | Verdicts) else "Fig."
-            counts[kind] += 1
-            numbers[block.name] = f"{kind} {counts[kind]}"
-    return numbers
+def section_anchor(key: str) -> str:
+    """Anchor of a section; no block's, though a block may have the section's name."""
+    return f"{key}/"
 
 
 class _Titled(Paragraph):
@@ -128,13 +112,13 @@ def section_flowables(section: Section, story: Story, size: float = 1.0) -> tupl
         If a text names a quantity that is not there, or a picture at true scale is larger than a page.
     """
     type_ = typography(size)
-    title = Entry(section.key, section.title, 0)
+    title = Entry(section_anchor(section.key), section.title, 0)
     flowables: list[Flowable] = [_Titled(title, type_, story.layout)]
     entries = [title]
     parts = [_SETTERS[type(block)](block, section, story, type_) for block in section.blocks]
     for k, (block, part) in enumerate(zip(section.blocks, parts, strict=True)):
         if isinstance(block, Heading):
-            entry = Entry(f"{section.key}/{k}", filled(block.text, story.quantities), 1)
+            entry = Entry(f"{section_anchor(section.key)}{k}", filled(block.text, story.quantities), 1)
             heading = _Titled(entry, type_, story.layout)
             following = next((p[0] for p in parts[k + 1 :] if p), None)
             need = heading.wrap(TEXT_WIDTH_PT, 0)[1] + type_.heading.spaceBefore + type_.heading.spaceAfter
@@ -220,7 +204,8 @@ def _verdict_row(verdict: Verdict, section: Section, story: Story) -> tuple[str,
     mark, color = _MARKS[verdict.judgement]
     name, home = markup(verdict.name, story.quantities), verdict.quantity.split(".")[0]
     if home != section.key and home in story.keys:
-        name = link(home, f"{name} (p.\u00a0{story.pages.get(home, 0)})")
+        anchor = section_anchor(home)
+        name = link(anchor, f"{name} (p.\u00a0{story.pages.get(anchor, 0)})")
     return (
         f'<font color="{color}">{mark}\u00a0<b>{verdict.judgement}</b></font>',
         name,
@@ -260,7 +245,7 @@ def _scene(block: Scene, section: Section, story: Story, type_: Typography) -> l
         f'<font color="{body.color}" size="{type_.note.fontSize + 2}">■</font>\u00a0{_unbroken(body.label, story)}'
         if body.color
         else markup(body.label, story.quantities)
-        for body in coloured(block)
+        for body in colored(block.bodies)
         if body.label
     ]
     legend = Paragraph(" &nbsp; ".join(named), type_.note) if named else None

@@ -125,7 +125,7 @@ def printable(text: str) -> str:
     )
 
 
-_GROUP = re.compile(r"(?<=\d) (?=\d{3}(?!\d))")
+_GROUP = re.compile(r"(?<=\d) (?=%|\d{3}(?!\d))")
 _POWER = re.compile(r"\^([23])(?!\d)")
 
 

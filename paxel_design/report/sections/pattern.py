@@ -34,7 +34,7 @@ from paxel_runtime.printed import printed_pattern
 __all__ = ["section"]
 
 _TITLE = "The pattern"
-_CROP_MM = (120.0, 32.0)
+_CROP_MM = (132.0, 30.0)
 _BEATS = 3
 _MIDDLE = slice(128, 192)
 """Rows and columns of the middle of a moire picture."""

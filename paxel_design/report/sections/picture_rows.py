@@ -100,7 +100,7 @@ def _fitting(
     wanted = block_means(projected.sources[surface])
     relit = np.concatenate((fitted[..., :1], wanted[..., 1:]), axis=-1)
     moved = dE00(relit, fitted)
-    counted = block_means(projected.mask(surface).astype(np.float32)) == 1
+    counted = block_means(projected.mask(surface).astype(np.float32)) > 0.5
     own = f"pictures.{key}.on-{surface}"
     how = "computed for the report from the wanted and the fitted picture, at the fitted lightness"
     quantities |= {

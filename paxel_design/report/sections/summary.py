@@ -103,7 +103,10 @@ def _sentences(source: ReportSource, known: Mapping[str, Quantity]) -> Iterator[
             told.add(sentence[:12])
             yield sentence
     if source.installation is None:
-        yield "It is known by its model.json alone: what hangs on the wall, and how well it is registered, is not told."
+        yield (
+            "It is known by its model.json alone: what hangs on the wall, how well it is registered, and what pictures "
+            "look like is told by the report of an installation (paxel new, paxel project)."
+        )
 
 
 def _shown(source: ReportSource) -> str:
@@ -183,9 +186,7 @@ def _counts(others: Sequence[Section]) -> dict[str, Quantity]:
 
 
 def _judged_words(verdicts: Sequence[Verdict]) -> str:
-    text = (
-        "Figures judged: {summary.judged}; good {summary.good}, usable {summary.usable}, weak {summary.weak}."
-    )
+    text = "Figures judged: {summary.judged}; good {summary.good}, usable {summary.usable}, weak {summary.weak}."
     weak = [verdict.name for verdict in verdicts if verdict.judgement == "weak"]
     return text + (f" Look first at: {', '.join(weak)}." if weak else "")
 

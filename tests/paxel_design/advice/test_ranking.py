@@ -90,3 +90,9 @@ def test_the_front_holds_what_nothing_beats() -> None:
 def test_what_makes_no_sense_is_told(changes, words) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=words):
         Setup(**{"resolution": (1920, 1080), "width_mm": 281.0, "distance_mm": 2700.0, **changes})
+
+
+@pytest.mark.parametrize("colorants", [("uv-red", "uv-green", "uv-blue"), ("black", "white", "uv-red")])
+def test_inks_that_this_light_cannot_tell_apart_are_refused_at_once(colorants: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match=r"--colorants \S+ and uv-\S+ look alike.*--monochrome"):
+        advise(Setup((1920, 1080), 281.0, 2700.0, colorants=colorants))

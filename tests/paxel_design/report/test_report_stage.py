@@ -143,6 +143,9 @@ def test_a_model_alone(tmp_path: Path, bw_model: Callable[[int], PredictionModel
     assert "nothing was written" in err
     record = json.loads(out)
     assert record["subtitle"] == "theirs.json"
+    assert record["sections"] == [
+        "summary", "calibration", "gamut", "recommendations", "definitions", "provenance",
+    ]  # fmt: skip
     assert list(tmp_path.iterdir()) == [model]
     code, out, err = _paxel("report", "--model", model, "--out", tmp_path / "out")
     assert code == 0, err

@@ -12,6 +12,7 @@ from paxel_design.what_if.figures import Room, common_range, room_of
 from paxel_runtime.model.colorimetry import XYZ_to_Lab
 from paxel_runtime.model.effects import Full
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
+from paxel_runtime.model.response import ProjectorResponse
 
 
 @pytest.mark.parametrize("K", [2, 3])
@@ -44,3 +45,14 @@ def test_surfaces_without_common_grays_have_no_room(bw_model: Callable[[int], Pr
     )
     assert room_of(one) == Room(0.0, 0.0)
     assert common_range(one) is None
+
+
+def test_colours_in_a_plane_have_no_room(bw_model: Callable[[int], PredictionModel]) -> None:
+    model = bw_model(2).alone("pattern")
+    gray = replace(
+        model,
+        channels=("white",),
+        pattern=SurfaceModel(np.outer(model.white_point, [0.1, 0.9]), np.zeros(3)),
+        response=ProjectorResponse((np.linspace(0, 1, 2),), (np.linspace(0, 1, 2),)),
+    )
+    assert room_of(gray) == Room(0.0, 0.0)

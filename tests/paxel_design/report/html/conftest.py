@@ -5,7 +5,6 @@ Over a pipe: that needs the standard library only, no port and no web socket.
 
 import base64
 import contextlib
-import fcntl
 import json
 import os
 import select
@@ -71,6 +70,8 @@ class Chromium:
     """
 
     def __init__(self, program: str, profile: Path) -> None:
+        import fcntl  # not on Windows, where these tests do not run
+
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (to_browser, from_browser)]  # clear of 3 and 4
@@ -96,6 +97,13 @@ class Chromium:
         self._unread = b""
         self._session: str | None = None
         self.events: list[dict[str, Any]] = []
+        try:
+            self._attach()
+        except BaseException:
+            self.close()
+            raise
+
+    def _attach(self) -> None:
         pages = self.call("Target.getTargets")["targetInfos"]
         target = next(page["targetId"] for page in pages if page["type"] == "page")
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]

@@ -116,6 +116,7 @@ def test_heads_wrap_before_cells_do() -> None:
 
 def test_numbers_are_not_parted_and_powers_are_raised() -> None:
     assert markup("833 500 and 1 234 567 of 12 3 4567") == "833\u00a0500 and 1\u00a0234\u00a0567 of 12 3 4567"
+    assert markup("12 % of 5 mm") == "12\u00a0% of 5 mm"
     assert markup("CIELAB^3, cd/m^2, x^25") == "CIELAB³, cd/m², x^25"
 
 

@@ -99,7 +99,7 @@ def test_furniture_stands_on_every_page(pages: list[str], document: tuple[bytes,
         assert f"page {number} of {len(pages)}" in text
         assert WORDS["bench"] in text
         assert WORDS["date"] in text
-    head = pages[document[1].pages["gamut"]]  # the page after the section's first
+    head = pages[document[1].pages["gamut/"]]  # the page after the section's first
     assert head.startswith("Gamuts")
 
 
@@ -235,7 +235,7 @@ def test_links_lead_to_their_targets(pdf: pikepdf.Pdf, document: tuple[bytes, La
         number: [numbers[note.Dest[0].objgen] for note in page.obj.get("/Annots", [])]
         for number, page in enumerate(pdf.pages, start=1)
     }
-    captions, verdicts = [2, 2], [layout.pages[key] for key in ("gamut", "gamut", "pattern")]
+    captions, verdicts = [2, 2], [layout.pages[key] for key in ("gamut/", "gamut/", "pattern/")]
     assert sorted(links[1]) == sorted(captions + verdicts)
     ends = [int(line.split()[-1]) for line in _contents_lines(pages[1])]
     assert ends == links[2]
@@ -286,7 +286,7 @@ def test_a_long_summary_stays_on_one_page_in_smaller_type() -> None:
     words = Paragraph("A sentence of some length that says what this installation can show. " * 12)
 
     def contents_page(paragraphs: int) -> int:
-        return set_document((Section("summary", "Summary", (words,) * paragraphs),), **WORDS)[1].pages["contents"]
+        return set_document((Section("summary", "Summary", (words,) * paragraphs),), **WORDS)[1].pages["contents/"]
 
     assert contents_page(5) == 2
     assert contents_page(8) == 2, "more than a page in the usual size"

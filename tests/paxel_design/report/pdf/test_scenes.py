@@ -11,6 +11,7 @@ from PIL import Image
 
 from paxel_design.gamut.meshes import GamutMesh
 from paxel_design.gamut.scenes import SceneBody
+from paxel_design.report.bodies import BODY_COLORS, colored
 from paxel_design.report.content import Scene, Section
 from paxel_design.report.pdf import scenes
 from paxel_design.report.pdf.document import set_document
@@ -64,8 +65,8 @@ def test_pictures_are_cut_to_what_is_drawn(drawn: list[float]) -> None:
 def test_bodies_have_colours_in_turn_the_largest_first() -> None:
     bodies = [SceneBody(_tetrahedron(size)) for size in (20.0, 60.0)]
     scene = Scene("one", "", (bodies[0], replace(bodies[0], color="#112233"), bodies[1]))
-    assert [body.color for body in scenes.coloured(scene)] == [scenes.COLORS[0], scenes.COLORS[1], "#112233"]
-    assert scenes.coloured(Scene("one", "", (bodies[0],)))[0].color is None
+    assert [body.color for body in colored(scene.bodies)] == [BODY_COLORS[0], BODY_COLORS[1], "#112233"]
+    assert colored(bodies[:1])[0].color is None
 
 
 def test_a_scene_without_bodies_is_told(drawn: list[float]) -> None:
