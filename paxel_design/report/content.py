@@ -40,6 +40,7 @@ __all__ = [
     "filled",
     "numbered",
     "quoted",
+    "unit_words",
 ]
 
 sRGB8 = NDArray[np.uint8]
@@ -61,7 +62,8 @@ class Quantity:
         Where it stands: a file of the installation and a JSON pointer in it, ``"calibration/accuracy.json#/n"``; or
         words on how it was computed. A test follows every pointer.
     digits : int
-        Significant digits in texts; whole units are always written, in groups of three, never with an exponent.
+        Significant digits in texts; whole units are always written, in groups of three that no line parts, never with
+        an exponent.
     """
 
     value: Value
@@ -285,6 +287,11 @@ def quoted(quantity: Quantity) -> str:
 _REFERENCE = re.compile(r"\{([A-Za-z0-9_.+:-]+)\}")
 
 
+def unit_words(unit: str) -> str:
+    """A unit as texts write it: CIELAB³ of ``"CIELAB^3"``."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
 def filled(text: str, quantities: Mapping[str, Quantity]) -> str:
     """A text with its quantities written out.
 
@@ -315,4 +322,4 @@ def _number(value: float, digits: int) -> str:
     if not np.isfinite(value):
         return "none"
     leading = int(np.floor(np.log10(abs(value)))) if value else 0
-    return f"{value:,.{min(max(0, digits - 1 - leading), 6)}f}".replace(",", " ")
+    return f"{value:,.{min(max(0, digits - 1 - leading), 6)}f}".replace(",", "\u00a0")

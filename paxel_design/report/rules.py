@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from paxel_design.advice.ranking import SEEN_MOIRE, SEEN_PRINT
-from paxel_design.report.content import Judgement, Quantity, Table, Verdict
+from paxel_design.report.content import Judgement, Quantity, Table, Verdict, unit_words
 from paxel_runtime.errors import InputError
 from paxel_runtime.observer.judgement import LIMITS
 
@@ -49,8 +49,7 @@ class Rule:
     def words(self) -> str:
         """The thresholds: ``"good up to 1, usable up to 2.5 dE00"``."""
         upto = "up to" if self.less_is_better else "from"
-        unit = self.unit.replace("^2", "²").replace("^3", "³")
-        return f"good {upto} {self.good:g}, usable {upto} {self.usable:g} {unit}".rstrip()
+        return f"good {upto} {self.good:g}, usable {upto} {self.usable:g} {unit_words(self.unit)}".rstrip()
 
     def judge(self, value: float) -> Judgement:
         """ "good", "usable" or "weak"."""

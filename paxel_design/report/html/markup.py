@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from paxel_design.report.content import Quantity, filled, quoted
+from paxel_design.report.content import Quantity, filled, quoted, unit_words
 
 __all__ = ["Wording", "escaped", "tag", "wording_of"]
 
@@ -92,8 +92,7 @@ class Wording:
             If there is no such quantity.
         """
         unit = self.quantities[name].unit if name in self.quantities else ""
-        powers = unit.replace("^2", "²").replace("^3", "³")
-        return self.markup(f"{{{name}}}") + (f" {escaped(powers)}" if unit else "")
+        return self.markup(f"{{{name}}}") + (f" {escaped(unit_words(unit))}" if unit else "")
 
     def _quantity(self, name: str, written: str) -> str:
         value, source = self.quantities[name].value, self.quantities[name].source

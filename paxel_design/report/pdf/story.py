@@ -26,6 +26,7 @@ from paxel_design.report.content import (
     Verdicts,
     filled,
     quoted,
+    unit_words,
 )
 from paxel_design.report.content import Paragraph as Text
 from paxel_design.report.pdf.columns import Grid
@@ -209,7 +210,7 @@ def _verdict_row(verdict: Verdict, section: Section, story: Story) -> tuple[str,
     return (
         f'<font color="{color}">{mark}\u00a0<b>{verdict.judgement}</b></font>',
         name,
-        markup(f"{quoted(quantity)} {quantity.unit}".strip()),
+        markup(f"{quoted(quantity)} {unit_words(quantity.unit)}".strip()),
         markup(verdict.rule, story.quantities),
         markup(verdict.advice, story.quantities),
     )

@@ -9,7 +9,18 @@ import re
 from collections.abc import Mapping, Sequence
 
 from paxel_design.report.charts.gains import GainBar, gains_chart, shared_ranges_chart
-from paxel_design.report.content import Block, Bullets, Chart, Heading, Paragraph, Quantity, Section, Table, filled
+from paxel_design.report.content import (
+    Block,
+    Bullets,
+    Chart,
+    Heading,
+    Paragraph,
+    Quantity,
+    Section,
+    Table,
+    filled,
+    unit_words,
+)
 from paxel_design.report.sections.parts import on_the_bench
 from paxel_design.report.source import ReportSource
 from paxel_design.what_if import AIMS, BASES, LEAST_GAIN, Case, Change, case_of, common_range, helpful, idle
@@ -105,7 +116,7 @@ def _text(change: Change, text: str) -> str:
 
 def _gain(change: Change) -> str:
     """The figure before and after, and the gain, with the full names of the quantities."""
-    words = f"{change.figure}: {{before}} to {{after}} {change.unit}"
+    words = f"{change.figure}: {{before}} to {{after}} {unit_words(change.unit)}"
     if change.gain:
         words += " ({gain} % less)" if change.less_is_better else f" ({'+' * (change.gain > 0)}{{gain}} %)"
     if change.volume_gain:
