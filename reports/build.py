@@ -57,6 +57,7 @@ NAMES = (
     "fig09_uv_color",
     "fig10_uv_gamut",
     "section5c_times",
+    "fig12_pattern_layouts",
     "fig13_dot_size_and_clusters",
     "fig15_image_based",
 )

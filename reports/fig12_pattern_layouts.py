@@ -1,107 +1,95 @@
-"""Fig. 12 of the paper: checkerboards at 0 and at 30 degrees and blue noise, the white cluster lit green.
+"""Fig. 12: checkerboards at 0 and at 30 degrees and blue noise, one cluster lit green, photographed, with spectra.
 
-*Foretold*: the worst moire over zooms of 3 % to either side. *Photographed* by the virtual bench's camera, and ranked
-against what is foretold for that projector as it is aimed, with the grain of ragged edges. *Shown*: reference/*.jpg.
-Writes reference/fig12_pattern_layouts.json; ``--quick`` writes nothing and compares a few of its figures.
-
-    python -m reports.fig12_pattern_layouts [--quick]
+Moire is what the eye sees of a lit cluster at frequencies below the print's own, the worst over zooms of the projector
+of 3 % to either side. How well it is foretold for 30 layouts, and by how pixels are sorted: `moire_ranking.py`.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+import sys
 
 import numpy as np
-from scipy.stats import spearmanr
 
 from paxel_design.patterns import make_pattern
 from paxel_design.visibility import moire, moire_of_picture, pattern_visibility
-from paxel_design.visibility.edges import RAGGED_MM
-from paxel_design.visibility.moire import Partition
 from paxel_runtime.model.pattern import Pattern
-from reports.bench_floors import rounded
 from reports.lit_cluster import PITCH_MM, LitCluster, draw_panels
+from reports.paper import Figure, Item, Result, Run, run_item
 
-RESULT = Path(__file__).parent / "reference" / "fig12_pattern_layouts.json"
-DISTANCE_MM, PIECE_PX, RANKED_PX = 4000.0, 256, 224
-PRINT_SCALE = (1.002, 0.999)  # what the rulers of the bench's print measure
-ZOOMS = np.linspace(0.97, 1.03, 13)
-THIRD = float(np.rad2deg(np.arctan(1 / 3)))
-LAYOUTS = {"0": ("checkerboard", 0.0), "30": ("checkerboard", 30.0), "atan(1/3)": ("checkerboard", THIRD),
-           "blue noise": ("blue-noise", 0.0)}  # fmt: skip
-SORTINGS: tuple[tuple[Partition, int], ...] = (("lab", 2), ("lab", 3), ("light", 2), ("light", 3))
-RANKED = [("checkerboard", angle, dot) for dot in (0.5, 0.62, 0.75, 1.0) for angle in (0.0, 10.0, THIRD, 26.565, 30.0,
-          37.0, 45.0)] + [("blue-noise", 0.0, dot) for dot in (0.5, 0.75)]  # fmt: skip
+DISTANCE_MM, PIECE_PX, PHOTOGRAPHED_PX = 4000.0, 256, 224
+THIRD = "atan(1/3)"
+LAYOUTS = {
+    "0 degrees": ("checkerboard", 0.0),
+    "blue noise": ("blue-noise", 0.0),
+    "30 degrees": ("checkerboard", 30.0),
+    THIRD: ("checkerboard", float(np.rad2deg(np.arctan(1 / 3)))),
+}
+LEAST = {0.5: 1.5, 0.75: 2.0, 1.0: 2.0}
+"""How many times the moire of 30 degrees that of 0 degrees is at least, by dot size in mm."""
+
+ITEM = Item(
+    "fig12_pattern_layouts",
+    "Fig. 12",
+    "K = 2, one cluster lit green: a regular checkerboard has strong moire; blue noise has none and is seen plainly; "
+    "30 degrees has little of both",
+)
 
 
-def layout(name: str, angle_deg: float, dot_mm: float) -> Pattern:
+def make(run: Run) -> Result:
+    """Moire foretold and photographed, and how plainly each print is seen by itself."""
+    zooms = np.linspace(0.97, 1.03, 4 if run.quick else 13)
+    figures, relations, over = {}, {}, {}
+    for dot in (0.75,) if run.quick else LEAST:
+        worst = {name: worst_moire(layout(name, dot), zooms) for name in LAYOUTS}
+        over[dot] = worst["0 degrees"] / worst["30 degrees"]
+        figures |= {f"moire, {name}, {dot:g} mm": Figure(v, "thresholds", "ratio") for name, v in worst.items()}
+        figures[f"0 over 30 degrees, {dot:g} mm"] = Figure(over[dot], "", "ratio")
+        figures[f"{THIRD} over 30 degrees, {dot:g} mm"] = Figure(worst[THIRD] / worst["30 degrees"], "", "ratio")
+        relations[f"0 degrees has {LEAST[dot]:g} times the moire of 30 or more, {dot:g} mm"] = over[dot] >= LEAST[dot]
+    aligned, off = (
+        moire(layout("0 degrees", 5 * PITCH_MM), PITCH_MM * zoom, DISTANCE_MM).contrast for zoom in (1.0, 1.001)
+    )
+    figures["contrast of an exactly aligned grid"] = Figure(aligned, "", "ratio")
+    figures["the same, 0.1 % larger"] = Figure(off, "", "ratio")
+    relations["an exactly aligned grid has no moire, 0.1 % of scale brings it back"] = aligned < 1e-6 < 1e-4 < off
+    alone, lines, panels, seen = {}, {}, [], {}
+    for name in list(LAYOUTS)[:3]:
+        pattern = layout(name, 0.75)
+        alone[name] = pattern_visibility(pattern, DISTANCE_MM).luminance
+        lines[name] = moire(pattern, PITCH_MM, DISTANCE_MM, size_px=PIECE_PX).line_share
+        lit = LitCluster(pattern, PHOTOGRAPHED_PX)
+        picture = lit.photograph("lab", 2)
+        seen[name] = moire_of_picture(picture, 0.75, lit.camera_px_mm, DISTANCE_MM).contrast
+        words = name if name == "blue noise" else f"checkerboard, {name}"
+        panels.append((f"{words}: 0.75 mm, white cluster (virtual bench)", picture))
+        figures[f"print alone, {name}"] = Figure(alone[name], "thresholds", "ratio")
+        figures[f"share of moire in its strongest line, {name}"] = Figure(lines[name], "", "share")
+        figures[f"photographed slow contrast, {name}"] = Figure(seen[name], "", "ratio")
+    relations |= {
+        "blue noise by itself is seen far more plainly": alone["blue noise"] > 100 * alone["30 degrees"],
+        "its moire has no lines to speak of": lines["blue noise"] < 0.5 * min(lines["0 degrees"], lines["30 degrees"]),
+        "the photograph of 0 degrees has more slow contrast than that of 30": seen["0 degrees"] > seen["30 degrees"],
+    }
+    draw_panels(panels, int(1.6 / 0.75 * PHOTOGRAPHED_PX * PITCH_MM)).save(run.folder / f"{ITEM.name}.jpg", quality=85)
+    times = ", ".join(f"{ratio:.1f} at {dot:g} mm" for dot, ratio in over.items())
+    ours = f"moire of 0 over 30 degrees: {times}; blue noise by itself at {alone['blue noise']:.0f} thresholds"
+    return Result(ours, figures, relations, (f"{ITEM.name}.jpg",))
+
+
+def layout(name: str, dot_mm: float) -> Pattern:
     """A black-and-white layout somewhat larger than the projection."""
-    return make_pattern(name, ("black", "white"), dot_mm, angle_deg, (80.0, 50.0))
+    kind, angle_deg = LAYOUTS[name]
+    return make_pattern(kind, ("black", "white"), dot_mm, angle_deg, (80.0, 50.0))
 
 
-def foretold(dots_mm: tuple[float, ...], sortings: Any, zooms: Any) -> dict[str, Any]:
-    """The worst moire of every layout over zooms, each at a phase of its own, and its ratio to that of 30 degrees."""
-    table: dict[str, Any] = {}
-    for partition, K in sortings:
-        for dot in dots_mm:
-            worst = {name: max(moire(layout(*kind, dot), PITCH_MM * zoom, DISTANCE_MM, K=K, partition=partition,
-                                     size_px=PIECE_PX, offset_px=(0.37 * k % 1, 0.71 * k % 1)).visibility
-                               for k, zoom in enumerate(zooms)) for name, kind in LAYOUTS.items()}  # fmt: skip
-            row = {"visibility": worst, "over 30": {name: seen / worst["30"] for name, seen in worst.items()}}
-            table.setdefault(f"{partition}, K = {K}", {})[f"{dot:g} mm"] = row
-            print(f"{partition}, K = {K}, {dot:g} mm:", rounded(row))
-    return table
-
-
-def photographed(cases: list[tuple[str, float, float]], sortings: Any) -> dict[str, Any]:
-    """Slow contrast foretold and photographed; foretold also for a projector aimed straight, without grain."""
-    found: dict[str, Any] = {f"{partition}, K = {K}": [] for partition, K in sortings}
-    for case in cases:
-        printed, lit = replace(layout(*case), print_scale=PRINT_SCALE), LitCluster(layout(*case), RANKED_PX)
-        for partition, K in sortings:
-            how: dict[str, Any] = {"K": K, "partition": partition, "size_px": RANKED_PX}
-            seen = moire_of_picture(lit.photograph(partition, K), case[2], lit.camera_px_mm, DISTANCE_MM)
-            told = moire(printed, PITCH_MM, DISTANCE_MM, **how, aim=lit.aim, ragged_mm=RAGGED_MM)
-            row = {"photographed": seen.contrast, "foretold": told.contrast,
-                   "straight": moire(printed, PITCH_MM, DISTANCE_MM, **how).contrast}  # fmt: skip
-            found[f"{partition}, K = {K}"].append({"layout": case, **row})
-            print(*case, partition, K, rounded(row))
-    return {name: {"spearman": {key: float(spearmanr([row["photographed"] for row in rows], [row[key] for row in rows])
-                                           .statistic) for key in ("foretold", "straight")}, "rows": rows}
-            for name, rows in found.items()}  # fmt: skip
-
-
-def main() -> None:
-    """Compute all, or a few figures to compare."""
-    options = argparse.ArgumentParser(description="Fig. 12 of the paper")
-    options.add_argument("--quick", action="store_true", help="a few figures, compared with the reference")
-    if options.parse_args().quick:
-        before = json.loads(RESULT.read_text(encoding="utf-8"))
-        few = photographed(RANKED[14:17], SORTINGS[1:2])["lab, K = 3"]["rows"]
-        for row, was in zip(few, before["photographed"]["lab, K = 3"]["rows"][14:17], strict=True):
-            np.testing.assert_allclose([row[k] for k in ("photographed", "foretold")],
-                                       [was[k] for k in ("photographed", "foretold")], rtol=0.02)  # fmt: skip
-        return
-    exact, off = (moire(layout("checkerboard", 0.0, 5 * PITCH_MM), PITCH_MM * zoom, DISTANCE_MM).contrast
-                  for zoom in (1.0, 1.001))  # fmt: skip
-    lines = {name: moire(layout(*kind, 0.75), PITCH_MM, DISTANCE_MM, size_px=PIECE_PX).line_share
-             for name, kind in LAYOUTS.items()}  # fmt: skip
-    alone = {name: pattern_visibility(layout(*kind, 0.75), DISTANCE_MM).luminance for name, kind in LAYOUTS.items()}
-    figures = {"what": "moire of layouts, foretold and photographed (virtual bench)", "aligned grid, contrast": exact,
-               "the same, 0.1 % larger": off, "print alone at 0.75 mm, thresholds": alone,
-               "share of moire in its strongest line at 0.75 mm": lines,
-               "photographed": photographed(RANKED, SORTINGS),
-               "foretold": foretold((0.5, 0.75, 1.0), SORTINGS[:3], ZOOMS)}  # fmt: skip
-    RESULT.write_text(json.dumps(rounded(figures), indent=1) + "\n", encoding="utf-8")
-    shown = [(f"{words}, 0.75 mm, white cluster (virtual bench)", LitCluster(layout(*LAYOUTS[name], 0.75), RANKED_PX)
-              .photograph("lab", 2)) for name, words in (("0", "checkerboard, 0 degrees"), ("blue noise", "blue noise"),
-                                                         ("30", "checkerboard, 30 degrees"))]  # fmt: skip
-    draw_panels(shown, int(1.6 / 0.75 * RANKED_PX * PITCH_MM)).save(RESULT.with_suffix(".jpg"), quality=85)
+def worst_moire(pattern: Pattern, zooms: np.ndarray) -> float:
+    """Thresholds at the worst zoom, each at a phase of its own; pixels sorted by k-means in CIELAB, K = 2."""
+    return max(
+        moire(pattern, PITCH_MM * zoom, DISTANCE_MM, partition="lab", size_px=PIECE_PX,
+              offset_px=(0.37 * k % 1, 0.71 * k % 1)).visibility
+        for k, zoom in enumerate(zooms)
+    )  # fmt: skip
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(run_item(ITEM, make))
