@@ -386,7 +386,7 @@ def main() -> None:
             continue
         figures = run(race, turns)
         result["stages"][race.stage] = figures
-        print(f"{race.stage:52s} {figures['ours_s'] * 1e3:9.1f} ms   {figures['ratio']:9.1f} times as fast as "
+        print(f"{race.stage:52s} {figures['ours_s'] * 1e3:9.1f} ms   {figures['ratio']:9.3g} times as fast as "
               f"{figures['peer']}; {figures['agreement']}", flush=True)  # fmt: skip
     if not chosen.quick and not chosen.only:
         RESULT.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from paxel_design.report.beside import beside
-from paxel_design.report.content import Section
+from paxel_design.report.charts import settle
+from paxel_design.report.content import Chart, Section
 from paxel_design.report.html import write_html
 from paxel_design.report.pdf import write_pdf
 from paxel_design.report.record import report_record
@@ -67,7 +68,10 @@ def report_sections(source: ReportSource, progress: Progress = lambda *_: None, 
         progress(f"report: {name}", len(made), _STEPS)
         made[name] = later[name]() if name in later else _CHAPTERS[name](source)
     chapters = [made[name] for name in names]
-    return [summary.section(source, chapters), *chapters]
+    sections = [summary.section(source, chapters), *chapters]
+    for chart in (block for section in sections for block in section.blocks if isinstance(block, Chart)):
+        settle(chart.figure)
+    return sections
 
 
 def make_report(

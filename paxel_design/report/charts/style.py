@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["GRAYS", "LINE_STYLES", "PALETTE", "TEXT_WIDTH_MM", "new_figure", "style"]
+__all__ = ["GRAYS", "LINE_STYLES", "PALETTE", "TEXT_WIDTH_MM", "new_figure", "settle", "style"]
 
 TEXT_WIDTH_MM = 174.0
 """Width of the text on an A4 page of the report: the widest chart."""
@@ -60,3 +60,16 @@ def new_figure(height_mm: float, width_mm: float = TEXT_WIDTH_MM) -> Figure:
 
     with matplotlib.rc_context(style()):
         return Figure(figsize=(width_mm / 25.4, height_mm / 25.4))
+
+
+def settle(figure: Figure) -> None:
+    """Lay a finished figure out once and for all.
+
+    Constrained layout goes on from the last drawing: without this, a chart would depend on what was drawn of it before,
+    and be another in each format.
+    """
+    import matplotlib
+
+    with matplotlib.rc_context(style()):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
