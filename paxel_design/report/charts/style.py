@@ -45,6 +45,13 @@ _STYLE: dict[Any, Any] = {
 }
 
 
+_LAYOUT_DPI = 300
+"""Widths of texts are whole pixels on a screen and are not in PDF and SVG: measured so fine, they agree."""
+
+_LAYOUT_ROUNDS = 3
+"""Labels take room from the axes, whose ticks change then: it has come to rest by the third round."""
+
+
 def style() -> dict[Any, Any]:
     """The matplotlib settings under which charts are made and saved (`matplotlib.rc_context`)."""
     return dict(_STYLE)
@@ -70,6 +77,10 @@ def settle(figure: Figure) -> None:
     """
     import matplotlib
 
-    with matplotlib.rc_context(style()):
-        figure.draw_without_rendering()
+    dpi = figure.dpi
+    with matplotlib.rc_context({**style(), "text.hinting": "none"}):
+        figure.set_dpi(_LAYOUT_DPI)
+        for _ in range(_LAYOUT_ROUNDS):
+            figure.draw_without_rendering()
+    figure.set_dpi(dpi)
     figure.set_layout_engine("none")
