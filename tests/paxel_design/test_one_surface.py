@@ -29,7 +29,7 @@ def _quiet(*_: object) -> None:
     pass
 
 
-@pytest.fixture(scope="module", params=["uv-rgb", "rgb"])
+@pytest.fixture(scope="module", params=["uv-rgb", pytest.param("rgb", marks=pytest.mark.slow)])
 def show(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Installation, dict[str, Any]]:
