@@ -11,11 +11,13 @@ import multiprocessing
 import os
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 from paxel_runtime.errors import PaxelError
@@ -141,8 +143,10 @@ def _outcome(task: Task, tell: Tell) -> Outcome:
         return Outcome(task.name, task.run(tell))
     except PaxelError as error:
         return Outcome(task.name, error=str(error))
-    except Exception as error:  # a fault of one task must not cost the others
-        return Outcome(task.name, error=f"{type(error).__name__}: {error}")
+    except Exception as error:  # a fault of one task must not cost the others; it is told with its place
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{Path(place.filename).name}, line {place.lineno}"
+        return Outcome(task.name, error=f"{type(error).__name__}: {error} ({where}); please report this")
 
 
 @dataclass(eq=False)

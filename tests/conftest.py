@@ -9,7 +9,9 @@ from collections.abc import Callable
 import hypothesis
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from paxel_runtime.installation import Installation
 from paxel_runtime.model.colorimetry import D65_XYZ, linear_sRGB_to_XYZ
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
 from paxel_runtime.model.response import ProjectorResponse
@@ -45,5 +47,29 @@ def bw_model() -> Callable[[int], PredictionModel]:
             white_point=D65_XYZ,
             response=ProjectorResponse((code,) * 3, (code**2.2,) * 3),
         )
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def model_off_the_bench() -> Callable[[Installation, NDArray[np.uint8]], PredictionModel]:
+    """Of the whole wall of a bench with three channels: the mean light of single clusters and channels at full."""
+
+    def make(installation: Installation, labels: NDArray[np.uint8]) -> PredictionModel:
+        from paxel_runtime.stages import open_bench
+
+        bench, code, RGB = open_bench(installation), np.arange(256) / 255, ("red", "green", "blue")
+        surfaces = {}
+        for surface in ("pattern", "white"):
+            columns = []
+            for cluster in (0, 1):
+                for j in range(3):
+                    codes = np.zeros((*labels.shape, 3), np.uint8)
+                    codes[..., j] = 255 * (labels == cluster)
+                    columns.append(bench.view_XYZ(codes, surface)[20:-20, 20:-20].mean(axis=(0, 1)))
+            surfaces[surface] = SurfaceModel(np.array(columns, np.float64).T, np.zeros(3))
+        full = surfaces["white"].predict_XYZ(np.ones(6))
+        response = ProjectorResponse((code,) * 3, tuple(bench.truth.response(c, code) for c in RGB))
+        return PredictionModel(RGB, ("black", "white"), surfaces["pattern"], surfaces["white"], full, response)
 
     return make

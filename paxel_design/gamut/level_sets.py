@@ -34,7 +34,7 @@ from paxel_runtime.errors import GamutError
 from paxel_runtime.model.colorimetry import Lab_to_XYZ, XYZ_to_Lab
 from paxel_runtime.model.subgamut import LabField, SubGamut
 
-__all__ = ["STEP", "LevelSet", "field_volume", "level_set", "level_set_mesh"]
+__all__ = ["STEP", "LevelSet", "level_set", "level_set_mesh"]
 
 STEP = 2.0
 """Distance of nodes, CIELAB units."""
@@ -159,15 +159,6 @@ def level_set(full: SubGamut, effect: str, margins: Margins, step: float = STEP)
         )
     field = _field_of_net(grid, vertices, faces)
     return LevelSet(SubGamut(effect, full.shown_on, full.normals, full.offsets, full.white_point, field), net, counted)
-
-
-def field_volume(gamut: SubGamut) -> float:
-    """Volume by node count, in cubic CIELAB units, of a sub-gamut with a field."""
-    field = gamut.field
-    assert field is not None
-    nodes = _place(field, np.argwhere(field.values > 0))
-    inside = Gauge(gamut.normals, gamut.offsets)(np.asarray(Lab_to_XYZ(nodes, gamut.white_point))) <= 1
-    return float(np.count_nonzero(inside)) * field.step**3
 
 
 def level_set_mesh(level: LevelSet) -> GamutMesh:

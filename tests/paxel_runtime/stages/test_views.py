@@ -20,7 +20,6 @@ from paxel_runtime.frame_files import write_frame
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.effects import Effect
 from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
-from paxel_runtime.model.response import ProjectorResponse
 from paxel_runtime.observer import Viewer, planted_mark
 from paxel_runtime.settings import make_settings
 from paxel_runtime.stages import Look, fresh_preview, looks_of, open_bench, preview, usual_look
@@ -38,7 +37,7 @@ SETTINGS = {
     "bench.quality": "ideal",
     "viewing.distance_mm": 4000.0,
 }
-RGB = ("red", "green", "blue")
+ModelOf = Callable[[Installation, NDArray[np.uint8]], PredictionModel]
 
 
 def _blobs(seed: int, low: float, high: float) -> NDArray[np.float64]:
@@ -47,7 +46,7 @@ def _blobs(seed: int, low: float, high: float) -> NDArray[np.float64]:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Installation:
+def made(tmp_path_factory: pytest.TempPathFactory, model_off_the_bench: ModelOf) -> Installation:
     """A finished installation with the projection ``pair``; nobody changes it."""
     installation = Installation.create(
         tmp_path_factory.mktemp("views") / "show", make_settings("bw-checkerboard", SETTINGS)
@@ -55,7 +54,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Installation:
     make_print(installation)
     bench = open_bench(installation)
     labels = (bench.truth.coverage()[..., 0] < 0.5).astype(np.uint8)
-    model = _model(installation, labels)
+    model = model_off_the_bench(installation, labels)
     code = np.arange(256) / 255
     x = np.stack([_blobs(0, 0.05, 0.4), _blobs(1, 0.1, 0.6)], axis=-1).repeat(3, axis=-1)
     own = np.where(labels[..., None] == 0, x[..., :3], x[..., 3:])
@@ -77,24 +76,6 @@ def show(made: Installation, tmp_path: Path) -> Installation:
     """A copy to work on."""
     shutil.copytree(made.path, tmp_path / "show")
     return Installation.open(tmp_path / "show")
-
-
-def _model(installation: Installation, labels: NDArray[np.uint8]) -> PredictionModel:
-    """Of the whole wall: the mean light of single clusters and channels at full."""
-    bench = open_bench(installation)
-    code = np.arange(256) / 255
-    surfaces = {}
-    for surface in ("pattern", "white"):
-        columns = []
-        for cluster in (0, 1):
-            for j in range(3):
-                codes = np.zeros((H, W, 3), np.uint8)
-                codes[..., j] = 255 * (labels == cluster)
-                columns.append(bench.view_XYZ(codes, surface)[20:-20, 20:-20].mean(axis=(0, 1)))
-        surfaces[surface] = SurfaceModel(np.array(columns, np.float64).T, np.zeros(3))
-    full = surfaces["white"].predict_XYZ(np.ones(6))
-    response = ProjectorResponse((code,) * 3, tuple(bench.truth.response(c, code) for c in RGB))
-    return PredictionModel(RGB, ("black", "white"), surfaces["pattern"], surfaces["white"], full, response)
 
 
 def _write_projection(
@@ -191,9 +172,9 @@ def test_other_looks_are_added_and_the_usual_one_is_kept(show: Installation) -> 
     assert len(list(show.folder("preview").glob("*.png"))) == 4
 
 
-def test_one_surface_is_compared_with_itself_at_full(show: Installation) -> None:
+def test_one_surface_is_compared_with_itself_at_full(show: Installation, model_off_the_bench: ModelOf) -> None:
     path = show.folder("calibration") / "model.json"
-    both = _model(show, read_image(show.folder("calibration") / "clusters.png"))
+    both = model_off_the_bench(show, read_image(show.folder("calibration") / "clusters.png"))
     codes, _ = _arrays(show)
     alone = replace(both.alone("pattern"), white_point=both.pattern.predict_XYZ(np.ones(6)))
     # Scaled as a calibration without a white sheet does: Y = 1 for all clusters at full on the print

@@ -25,8 +25,7 @@ from paxel_design.stages.print_sheet import make_print
 from paxel_design.stages.projection import make_previews
 from paxel_runtime.installation import Installation
 from paxel_runtime.model.effects import DualImage, Full, Neutralize
-from paxel_runtime.model.prediction import PredictionModel, SurfaceModel
-from paxel_runtime.model.response import ProjectorResponse
+from paxel_runtime.model.prediction import PredictionModel
 from paxel_runtime.settings import make_settings
 from paxel_runtime.stages import open_bench, project
 from paxel_runtime.storage import load_model, model_to_dict, read_json, write_image, write_json
@@ -43,11 +42,13 @@ SETTINGS = {
     "mapping.method": "static",
     "viewing.distance_mm": 4000.0,
 }
-RGB = ("red", "green", "blue")
 
 
 @pytest.fixture(scope="session")
-def projected_installation(tmp_path_factory: pytest.TempPathFactory) -> Installation:
+def projected_installation(
+    tmp_path_factory: pytest.TempPathFactory,
+    model_off_the_bench: Callable[[Installation, NDArray[np.uint8]], PredictionModel],
+) -> Installation:
     """Everything from print to preview: projections ``dual-image``, ``hidden 1`` and ``free``; nobody changes it."""
     installation = Installation.create(
         tmp_path_factory.mktemp("sections") / "show", make_settings("bw-checkerboard", SETTINGS)
@@ -57,7 +58,8 @@ def projected_installation(tmp_path_factory: pytest.TempPathFactory) -> Installa
     labels = (bench.truth.coverage()[..., 0] < 0.5).astype(np.uint8)
     for name in ("captures", "calibration"):
         installation.folder(name).mkdir()
-    write_json(installation.folder("calibration") / "model.json", model_to_dict(_model(installation, labels)))
+    model = model_to_dict(model_off_the_bench(installation, labels))
+    write_json(installation.folder("calibration") / "model.json", model)
     write_image(installation.folder("calibration") / "clusters.png", labels)
     write_json(installation.folder("captures") / "complete.json", {})
     for stage, file in (("captures", "exposures.json"), ("calibration", "calibration.json")):
@@ -78,24 +80,6 @@ def _colourful(seed: int) -> NDArray[np.uint8]:
     noise = np.random.default_rng(seed).normal(size=(H, W, 3))
     picture = gaussian_filter(noise, (6, 6, 0), mode="wrap") + 0.3 * gaussian_filter(noise, (2, 2, 0), mode="wrap")
     return np.rint(255 * (picture - picture.min()) / np.ptp(picture)).astype(np.uint8)
-
-
-def _model(installation: Installation, labels: NDArray[np.uint8]) -> PredictionModel:
-    """Of the whole wall: the mean light of single clusters and channels at full."""
-    bench = open_bench(installation)
-    code = np.arange(256) / 255
-    surfaces = {}
-    for surface in ("pattern", "white"):
-        columns = []
-        for cluster in (0, 1):
-            for j in range(3):
-                codes = np.zeros((H, W, 3), np.uint8)
-                codes[..., j] = 255 * (labels == cluster)
-                columns.append(bench.view_XYZ(codes, surface)[20:-20, 20:-20].mean(axis=(0, 1)))
-        surfaces[surface] = SurfaceModel(np.array(columns, np.float64).T, np.zeros(3))
-    full = surfaces["white"].predict_XYZ(np.ones(6))
-    response = ProjectorResponse((code,) * 3, tuple(bench.truth.response(c, code) for c in RGB))
-    return PredictionModel(RGB, ("black", "white"), surfaces["pattern"], surfaces["white"], full, response)
 
 
 @pytest.fixture(scope="session")
