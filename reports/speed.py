@@ -271,8 +271,10 @@ def gamut_races(scale: float) -> list[Race]:
         x = np.random.default_rng(0).random((20_000, model.n))
         XYZ = x @ model.pattern.A.T + model.pattern.black
         ours, sampled = a.contains(XYZ), b.contains(XYZ)
-        return f"ours holds {np.mean(ours[sampled]):.1%} of the random colours that sampling found, and {ours.sum()} " \
-               f"against {sampled.sum()} of {len(x)}"  # fmt: skip
+        return (
+            f"of {ours.sum()} random colours that ours holds sampling found {np.sum(ours & sampled)}, and "
+            f"{np.sum(sampled & ~ours)} that ours does not hold"
+        )
 
     hull_points = corners @ rows.T
     hull_middle = hull_points.mean(axis=0)
